@@ -29,7 +29,8 @@ class Shape:
             "sleeve" and a "ram". A cylinder is drawn as "barrel" and "piston", and a rod as "rod"
             between its end points.
         name: Name of the drawn joint, closure or strut. For a link or plate, the name of the body.
-        points: (points, 3) points in the frame of the body [m]. A ram has its two ends as points.
+        points: (points, 3) points in the frame of the body [m]. The points of a ram are its two
+            ends.
         axis: Direction of the joint axis in the frame of the body, or () for a shape without axis.
         ends: For the shape of a strut, the kind of its end joints: "pin" or "ball". Otherwise "".
     """
@@ -53,7 +54,8 @@ class BodyJoint:
         kind: "revolute", "prismatic", "helical" or "fixed".
         at: (3,) a point on the joint axis in the frame of the body [m].
         axis: (3,) unit vector along the joint axis in the frame of the body.
-        coordinate: Index of the joint's coordinate in z, or -1 for a fixed joint.
+        coordinate: Index of the joint's coordinate in the coordinate vector z, or -1 for a fixed
+            joint.
         ratio: Joint displacement per unit of the coordinate.
         offset: Joint value if the coordinate is 0 [rad or m].
         advance: Translation of a helical joint along its axis per rotation angle [m/rad].
@@ -100,8 +102,8 @@ class ClosureFrames:
         kind: "pin" (origins and z axes coincide), "slider" (translation along the common z axis),
             "ball" (origins coincide) or "weld".
         bodies: Indices of the two bodies that the closure connects.
-        frames: Poses of the two closure frames. Each frame is fixed to one of the two bodies. The
-            pose of the frame relative to this body is a 4 x 4 matrix without the last row.
+        frames: Poses of the two closure frames, each relative to the body to which it is fixed, as
+            4 x 4 matrices without the last row.
     """
 
     name: str
@@ -119,12 +121,12 @@ class Body:
 
     Attributes:
         name: Name of the body.
-        parent: Index of the body that carries the joint of this body. None for the ground and for
-            struts.
+        parent: Index of the parent body, which carries the joint that moves this body, or None for
+            the ground and for struts.
         placement: (3, 4) pose of the body in the frame of the parent at joint value 0 [m], without
             the last row 0 0 0 1.
         joint: The joint that moves the body, or None for the ground and for struts.
-        span: The end points of a strut, or None for other bodies.
+        span: The end points of the strut if the body belongs to a strut, otherwise None.
         shapes: The drawn shapes in the frame of the body. For rigidly connected bodies, the first
             body contains all shapes.
     """

@@ -32,7 +32,7 @@ class DescriptionError(ChaslesError, ValueError):
         line: Line number, starting at 1, or None if unknown.
         field: Dotted path of the invalid field, such as ``joints[1].alpha``, or "" if the error
             concerns no single field.
-        value: The invalid value, or None if there is none.
+        value: The invalid value in the description, or None if the error concerns no value.
         expected: A description of valid values, or "" if only the message describes them.
     """
 
@@ -57,10 +57,12 @@ class LoopError(DescriptionError):
 
     Attributes:
         closure_error: Smallest closure error found (meter), or None if unknown. The closure error
-            is the distance between the two frames that the closure connects. For a strut, it is the
-            difference between strut length and distance of the strut ends.
-        remedies: Changes that close the loop, smallest change first. Each remedy names a length,
-            angle or coordinate, and the interval of values for which the loop closes.
+            is the distance between the two frames that the closure connects. For a strut, the
+            closure error is the difference between the strut length and the distance of the strut
+            ends.
+        remedies: Changes of the description that would close the loop, smallest change first. Each
+            remedy names a length, angle or coordinate, and the interval of values for which the
+            loop closes.
     """
 
     def __init__(

@@ -168,9 +168,8 @@ class FunctionInfo:
         outputs: The outputs in the order of the C arguments.
         operations: Floating-point operations per pose, by kind and in total.
         margin: Name of the margin function, or "" if every loop always closes. The margin function
-            takes only the first input of the C function. The margin function returns one value per
-            loop. The value measures the distance of the loop from the boundary beyond which the
-            loop cannot close.
+            takes only the first input of the C function. For each loop, the margin function returns
+            a measure of the distance from the boundary beyond which the loop cannot close.
         steps: For a margin function, the names of the loops to which the entries of the result
             belong.
     """
@@ -194,8 +193,8 @@ class InverseFacts:
     Attributes:
         method: "exact" (closed form), "snapped" (iteration from the closed form of a nearby nominal
             arm), "general" (roots of a determinant) or "none" (no inverse kinematics function).
-        missing: The reason for a missing inverse kinematics function, or "" without a stated
-            reason.
+        missing: The reason why the robot has no inverse kinematics function, or "" if no reason is
+            stated.
     """
 
     method: Annotated[str, one_of(("exact", "snapped", "general", "none"))] = "exact"

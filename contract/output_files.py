@@ -94,8 +94,8 @@ def _replacing(target: Path, is_new: bool) -> Iterator[Path]:
         if target.exists():
             temporary.chmod(target.stat().st_mode & 0o777)
         if is_new and os.name == "posix":
-            # os.link raises an error, instead of replacing the file, if another process has written
-            # it.
+            # If another process has already written the target file, os.link raises an error and
+            # does not replace the file.
             os.link(temporary, target)
         else:
             temporary.replace(target)

@@ -27,7 +27,7 @@ SOLUTIONS = {
     "platform": "newton",
     "iterated": "newton",
 }
-"""Method that solves the loops, for each kind of robot."""
+"""Method that solves the kinematic loops, keyed by the kind of robot."""
 
 VECTORS = {
     "actuators": "actuated coordinates q",
@@ -137,8 +137,8 @@ class Role:
             derivative of a map has the codomain of the map.
         fixed: Indices in q of the coordinates that an inverse kinematics function takes as inputs
             after the pose. A fixed coordinate is constant during the refinement.
-        labels: Branch labels, one for each row of the output. Only an inverse kinematics function,
-            or a function that returns all loop branches, has labels.
+        labels: Branch labels, one for each row of the output. Only inverse kinematics functions,
+            and functions that return all loop branches, have branch labels.
         directions: Indices (0 to 5) of twist components (v, omega), one per column of the first
             matrix in a velocity relation.
         components: The task components in the first input of an inverse kinematics function, in

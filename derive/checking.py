@@ -22,8 +22,8 @@ def check(
     """Report the errors, warnings and notes of a robot description.
 
     In a robot file (.toml), the check corrects each error in memory and continues, so that it
-    reports all independent errors. In other formats, only the first error is reported. If a valid
-    robot has loops, the loops are solved at the reference configuration.
+    reports all independent errors. In files of all other formats, the check reports only the first
+    error. If a valid robot has loops, the loops are solved at the reference configuration.
 
     Args:
         source: The file or the robot name, as for ``read``.
@@ -33,9 +33,10 @@ def check(
         arguments: Argument values of a xacro file, each as ``name:=value``.
 
     Returns:
-        The errors, sorted by line. If an error cannot be corrected, the check ends early, and the
-        last finding states this. A robot without errors has only warnings and notes. For a robot
-        with loops, the notes include the joint limits at which loops do not close.
+        The errors, sorted by line. If an error cannot be corrected, the last finding states that
+        the check ended early. If the robot has no errors, the result contains only warnings and
+        notes. For a robot with loops, the notes include the joint limits at which loops do not
+        close.
 
     Raises:
         UnknownRobotError: No robot has this name.

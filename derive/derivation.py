@@ -62,8 +62,8 @@ class Derivation:
             loops.
         geometry: The robot parameters as inputs of functions such as ``fk_p``, or None if no such
             function was requested.
-        parametric_loops: The closure equations of the loops with the robot parameters as inputs,
-            or None if no such function was requested.
+        parametric_loops: The closure equations of the loops with the robot parameters as inputs, or
+            None if no function of the robot parameters was requested.
     """
 
     robot: Described

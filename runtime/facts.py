@@ -142,7 +142,7 @@ class RobotFacts(GeneratedFunctions):
         """The length [m] that is equivalent to 1 rad in residuals and tolerances.
 
         The unit length is 1 m for workspaces from 0.03 m to 30 m, and for robots without `fk`. For
-        other sizes, the unit length is the nearest power of 1000, such as 0.001 m.
+        other workspace sizes, the unit length is the nearest power of 1000, such as 0.001 m.
         """
         fk = self.functions.get("fk")
         return 1.0 if fk is None else unit_length(fk, self.coordinates, self.reference)
@@ -152,9 +152,10 @@ class RobotFacts(GeneratedFunctions):
         """(n,) a configuration [rad or m] within the limits and away from singularities.
 
         For a robot with loops, this configuration is the reference configuration of the
-        description, unless the reference is singular. Otherwise, 256 configurations around the
-        reference or the middle of the range are compared. `q_reference` has the largest minimum
-        singular value of the Jacobian, with lengths in `unit_length`.
+        description, unless the reference is singular. For other robots, and for a singular
+        reference, `q_reference` is selected from 256 configurations around the reference or the
+        middle of the range. The selected configuration has the largest minimum singular value of
+        the Jacobian, with lengths in `unit_length`.
         """
         lower, upper = ranges(self.coordinates, self.reference)
         half = np.minimum(upper - lower, 2 * np.pi) / 4
@@ -182,9 +183,9 @@ class RobotFacts(GeneratedFunctions):
     ) -> FloatArray:
         """Return random configurations within the limits, with closed loops.
 
-        Samples are uniform in each coordinate. If a limit is missing, the range ends pi rad or 1 m
-        from the reference configuration (0 for a robot without loops). Samples with open loops are
-        replaced by samples closer to `q_reference`.
+        Samples are uniform in each coordinate. The range of a coordinate without a limit ends pi
+        rad or 1 m from its reference value, which is 0 for a robot without loops. Samples with open
+        loops are replaced by samples closer to `q_reference`.
 
         Args:
             size: The leading dimensions of the result, by default () for a single configuration.

@@ -197,8 +197,9 @@ def exp(twist: ArrayLike) -> FloatArray:
 def log(T: ArrayLike) -> FloatArray:
     """Return the logarithms of poses (..., 4, 4): twists (v, omega) (..., 6), |omega| in [0, pi].
 
-    `exp(log(T))` is T. For a rotation by pi, two twists with opposite axes are possible. Always the
-    same one is returned, but a small change of the pose may reverse the axis.
+    `exp(log(T))` is T. For a rotation by pi, two twists with opposite axes are possible. `log`
+    always returns the same twist for such a pose, but a small change of the pose may reverse the
+    axis.
 
     Source: Murray, Li and Sastry, chapter 2, section 3.
     """
@@ -222,7 +223,8 @@ def interpolate(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
 
     The twist is constant in the base frame and in the body frame. The origin of the body frame
     moves on a helix. The motion of the body does not depend on the choice of the body frame. For a
-    rotation by pi, two motions are possible, and one of them is returned.
+    rotation by pi between the poses, two screw motions are possible, and `interpolate` returns one
+    of them.
 
     Args:
         T_a: (..., 4, 4) pose of the body at s = 0.
@@ -242,8 +244,9 @@ def interpolate_straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatA
     """Interpolate between poses so that the origin of the body moves on a straight line.
 
     The position is `p = (1 - s) p_a + s p_b`. The body rotates about a fixed direction at a
-    constant rate: `R = R_a exp(s log(R_a^T R_b))`. For a rotation by pi, two rotations are
-    possible, and one of them is returned. Arguments and result are as for `interpolate`.
+    constant rate: `R = R_a exp(s log(R_a^T R_b))`. If the orientations differ by pi, the body can
+    rotate in two directions, and `interpolate_straight` selects one of them. Arguments and result
+    are as for `interpolate`.
 
     Source: Lynch and Park, Modern Robotics, 2017, section 9.2.1.
     """

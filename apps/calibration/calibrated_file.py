@@ -26,13 +26,13 @@ from .shown_numbers import roll_pitch_yaw
 _PITCH = 1e-12
 """Tolerance for rounding errors of axis directions [1] and screw pitches [m/rad]."""
 _METER = 15
-"""Number of decimal places to which lengths [m] are rounded. The rounding keeps a length that is 0
-by design exactly 0."""
+"""Number of decimal places to which lengths [m] are rounded. After this rounding, a length that is
+0 by design is exactly 0."""
 _DEGREE = 13
 """Number of decimal places to which angles [deg] are rounded, equivalent to 2e-15 rad. After this
 rounding, an angle that is 90 degrees by design is exactly 90 degrees."""
 _SPRINGS = "\n[[springs]]"
-"""Heading of the first spring table in a robot file, with the preceding line break."""
+"""TOML header of the first `[[springs]]` table in a robot file, with the preceding line break."""
 FloatArray = NDArray[np.float64]
 
 
@@ -191,7 +191,7 @@ def mechanism_text(robot: Robot, p: FloatArray, name: str, source: str, nominal:
 
 
 def _has_turned(robot: Robot, p: FloatArray) -> bool:
-    """Return whether any joint axis direction in `p` differs from the nominal robot."""
+    """Return whether the parameters `p` change any joint axis direction of the nominal robot."""
     return any(
         item.unit == "rad" and item.part in ("axis", "joint") and value != item.value
         for item, value in zip(robot.geometry, p, strict=True)
@@ -223,7 +223,7 @@ def load_text(robot: Robot, p: FloatArray) -> tuple[str, str]:
     """Return two texts of a robot file: the gravity vector, and the masses with joint springs.
 
     For a robot without masses, the function returns two empty strings. If all joints are rigid, the
-    second text contains no springs.
+    text with the masses contains no springs.
 
     Args:
         robot: The nominal robot, with parametric functions.

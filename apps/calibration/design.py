@@ -1,12 +1,13 @@
 """Select the configurations that determine the parameters best.
 
-Let B_i be the derivative of the measurements at configuration i with respect to the parameters. The
-rows of B_i are divided by the standard deviations of the measurements. The covariance of the
-identified parameters is the inverse of the information matrix A = sum B_i^T B_i. A D-optimal design
-maximizes the determinant of A. For k parameters and `count` configurations, a D-optimal design also
-maximizes the observability index O1 = det(A)^(1/2k) / sqrt(count). The search for a D-optimal
-design first adds configurations one by one. The search then replaces selected configurations by
-candidates until no replacement increases the determinant of A.
+Let B_i be the derivative of the measurements at configuration i with respect to the parameters.
+Each row of the derivative B_i is divided by the standard deviation of the measured value. The
+covariance of the identified parameters is the inverse of the information matrix A = sum B_i^T B_i.
+A D-optimal design maximizes the determinant of the information matrix A. For k parameters and
+`count` configurations, a D-optimal design also maximizes the observability index O1 = det(A)^(1/2k)
+/ sqrt(count). The search for a D-optimal design first adds configurations one by one. The search
+then replaces selected configurations by candidates until no replacement increases the determinant
+of A.
 
 Source:
     V. V. Fedorov, Theory of Optimal Experiments, 1972, for the exchange of configurations; J. H.
@@ -114,7 +115,7 @@ def optimal_design(
         vary: One or several names of parameters or parameter groups, as in `identify`. All other
             parameters keep their nominal values.
         is_allowed: Function that takes `candidates` (M, n) and returns booleans (M,), such as False
-            for a collision. None allows all candidates within the limits.
+            for a collision. If `is_allowed` is None, all candidates within the limits are allowed.
 
     Returns:
         A `Design`. `indices` (count,) are the indices of the selected configurations in
@@ -188,7 +189,8 @@ def _derivatives(
 ) -> tuple[FloatArray, FloatArray, tuple[str, ...]]:
     """Return derivatives of measurements (M, r, k) and tool positions (M, 3, k), and names.
 
-    Each of the M candidates has r measured values. The k names are the names of the variables.
+    Each of the M candidates has r measured values. The derivatives are with respect to k variables,
+    whose names are also returned.
     """
     measurements: Measurements
     if targets is None:
@@ -254,7 +256,7 @@ class _Exchange:
         return chosen
 
     def _gains(self, chosen: NDArray[np.intp]) -> FloatArray:
-        """Return the increase (M,) of log det(A) that each of the M candidates would cause.
+        """Return the increase (M,) of log det(A) that adding each of the M candidates would cause.
 
         The increase of log det(A) is -inf for candidates that are already selected.
         """

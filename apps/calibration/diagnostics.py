@@ -35,7 +35,8 @@ STILL = math.radians(5)
 identifiable. For a prismatic joint, the minimum range is this value times the spread of the tool
 positions, with the spread limited to 1 m."""
 _ALIKE = 4
-"""Number of decimal places to which the coordinates [rad, m] of repeated configurations agree."""
+"""Configurations count as repeated if their coordinates [rad, m] agree to this number of decimal
+places."""
 FAR_OFF = 0.1, 0.01
 """Maximum plausible change of a parameter from its nominal value, for angles [rad] and lengths [m].
 The part of a parameter change that noise may cause is subtracted before the comparison."""

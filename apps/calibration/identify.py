@@ -47,9 +47,9 @@ def identify(
         q: (N, n) actuated coordinates at which the tool was measured [rad or m].
         measurements: The field `measurements` of a table from `read_measurements`, or a
             `Positions`, `StationPositions`, `Poses`, `CirclePoints`, `Distances`, `PlaneContacts`
-            or `SphereContacts` object. Entry k of its arrays belongs to row k of `q`. Positions [m]
-            and poses are in the frame W of the measuring device; `StationPositions` are in the
-            frames of the stations.
+            or `SphereContacts` object. Entry k of the measurement arrays belongs to row k of `q`.
+            Positions [m] and poses are in the frame W of the measuring device; `StationPositions`
+            are in the frames of the stations.
         vary: One or several names of parameters or parameter groups. All other parameters keep
             their nominal values. `robot.geometry` lists the name (`name`) and the group (`part`) of
             each parameter. The group "axis" contains the positions and tilts of the joint axes.
@@ -66,7 +66,8 @@ def identify(
             `robot.geometry`. If several keys match a parameter, a name takes precedence over a
             group, and a group over a unit. A parameter that matches no key is identified from the
             measurements alone. None means no standard deviations. A parameter with a standard
-            deviation stays near its nominal value if the measurements hardly depend on it.
+            deviation in `parameter_std` stays near its nominal value if the measurements hardly
+            depend on the parameter.
         robust: Whether to exclude outliers from the fit. `Calibration.outliers` lists the excluded
             measurements.
         T_W_base: (4, 4) known pose of the robot's base frame in the device frame W, positions in

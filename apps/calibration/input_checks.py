@@ -2,11 +2,11 @@
 
 The nominal robot normally fits the measurements to a few percent of their spread. The calibrated
 robot fits the measurements far better than the nominal robot. If the misfit of the nominal robot
-exceeds a few percent of the spread, the checks repeat the fit with corrected input. The checks try
-other units, other joint signs, other joint zeros, and swapped joint columns. One check assumes that
-a joint column contains the sum or difference of the joint's own angle and the angle of an earlier
-joint. Controllers of arms with parallel links report such sums of joint angles. The checks also try
-shifted rows, a left-handed frame and other orientation conventions.
+exceeds a few percent of the measurements' spread, the checks repeat the fit with corrected input.
+The checks try other units, other joint signs, other joint zeros, and swapped joint columns. One
+check assumes that a joint column contains the sum or difference of the joint's own angle and the
+angle of an earlier joint. Controllers of arms with parallel links report such sums of joint angles.
+The checks also try shifted rows, a left-handed frame and other orientation conventions.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Maximum index difference j - i of joints i and j for the check whether the encoder of joint j
-also measures joint i."""
+"""Up to this index difference j - i, it is checked whether the encoder of joint j also measures
+joint i."""
 _MIN_SURPLUS = 9
 """Minimum number of redundant equations for the checks of joints, rows and conventions. With fewer
 redundant equations, wrong input may fit by chance."""
 _ALIKE = 1.5
 """Two input mistakes count as equally likely if the ratio of their misfits is at most this value.
-For equally likely mistakes, the error message names the mistake that is more common in practice.
+Of two equally likely mistakes, the error message names the mistake that is more common in practice.
 For example, a wrong sign of the wrist pitch has the same effect as a roll zero offset of 180 deg.
 """
 
@@ -87,8 +87,8 @@ class Mistake(NamedTuple):
         """Return the misfit of the corrected input [m], for comparison with other corrections.
 
         A correction that multiplies all lengths by a factor below 1 also reduces the misfit by this
-        factor. To compensate, the function divides the misfit by such a length factor below 1. If
-        the length factor is 1 or more, the function returns the misfit unchanged.
+        factor. The function therefore divides the misfit by a length factor below 1, and leaves the
+        misfit unchanged for all other length factors.
         """
         return misfit / min(self.factor, 1.0)
 

@@ -96,10 +96,10 @@ def select_model(
 ) -> ModelSelection:
     """Select the calibration model with the smallest cross-validation error.
 
-    The configurations are divided into six groups. For each model and group, the parameters are
-    identified from the other five groups and tested with this group. Median errors that exceed the
-    smallest median error by at most 5 % count as equal. Among models with equal errors, the
-    simplest model is selected.
+    The configurations are divided into six groups. For each model and each group of configurations,
+    the parameters are identified from the other five groups and tested with the omitted group.
+    Median errors that exceed the smallest median error by at most 5 % count as equal. Among models
+    with equal errors, the simplest model is selected.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,
@@ -163,7 +163,8 @@ def cross_validate(
     """Cross-validate a calibration: test each measurement with a fit that does not use it.
 
     The configurations are divided into groups. For each group, the parameters are identified from
-    the other groups, and the errors of the group are computed with these parameters.
+    the other groups. The errors of the omitted group are then computed with the identified
+    parameters.
 
     Args:
         robot: A robot with parametric functions, as returned by `chasles.load(name,

@@ -25,8 +25,8 @@ FRAMES = frozenset({"base", "tool"})
 GEOMETRY = "geometry"
 """Name of the group that contains all lengths, angles and offsets of a robot."""
 _WHOLE = frozenset({"axis", "loop"})
-"""Parameter groups that the name "geometry" includes. Tilts and shifts of the axes in the group
-"axis" reproduce joint offsets, and the group "loop" contains rod lengths."""
+"""Parameter groups that the name "geometry" includes. The group "axis" contains tilts and shifts of
+the joint axes, which can reproduce joint offsets. The group "loop" contains rod lengths."""
 
 
 def parts(robot: Robot, words: Collection[str]) -> set[str]:
@@ -61,12 +61,12 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
 
 
 def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
-    """Return the standard deviation of each parameter (p,), or 0 for a parameter without one.
+    """Return the standard deviations (p,) of all parameters, with 0 if none is specified.
 
     Args:
         robot: A robot with parametric functions.
-        parameter_std: Standard deviations, keyed by parameter name, group or unit. A key with a
-            parameter name takes precedence over a group, and a group over a unit.
+        parameter_std: Standard deviations, keyed by parameter name, group or unit. A parameter name
+            takes precedence over a group, and a group over a unit.
 
     Raises:
         InputValueError: A key of `parameter_std` is not the name, group or unit of a parameter, or

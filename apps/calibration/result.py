@@ -49,8 +49,8 @@ class Calibration(StudyResult):
             standard deviation.
         errors: (M,) error of each measured value with the calibrated robot, divided by its standard
             deviation.
-        used: (rows,) mask of the measurement rows that the fit used. Rows that the fit did not use
-            are outliers.
+        used: (rows,) mask of the measurement rows that the fit used. The mask is false for
+            outliers.
         noise: Ratio of the estimated to the stated standard deviations of the measurements.
         residual_dof: Number of measured values minus number of fitted variables.
         unknowns: Values of all unknowns of the measurements, such as target positions in the tool

@@ -110,7 +110,7 @@ def draw(
     Raises:
         OutOfReachError: The loops of the robot do not close at q.
         InputValueError: A view or file suffix is unknown, axes are passed for several views, a
-            motion belongs to a different robot, or the robot has no such `ghosts`.
+            motion belongs to a different robot, or the robot does not have the requested `ghosts`.
         ShapeError: `q`, `ghosts` or `path` has the wrong number of coordinates.
         NotInstalledError: Matplotlib is not installed (`pip install 'chasles[draw]'`).
     """

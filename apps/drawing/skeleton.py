@@ -56,7 +56,7 @@ class Skeleton:
         size: Diagonal of the robot's bounding box [m], at the reference configuration of a robot
             with loops, otherwise at q = 0.
         q_drawn: (n,) configuration that `draw` shows by default [rad or m].
-        closures: The joints that close loops, without rods and cylinders.
+        closures: The joints that close kinematic loops, not including rods and cylinders.
         actuators: Mapping from the index of an actuated coordinate in z to its index in q. z is
             the vector of `robot.configuration_variables`, or q for a serial robot.
     """
@@ -107,8 +107,8 @@ class Skeleton:
                 [rad or m]. For a serial robot, z is q.
 
         Returns:
-            (..., bodies, 4, 4) body poses. z does not need to close the loops. Even if loops are
-            open, each rod or cylinder points from its first end point to its second.
+            (..., bodies, 4, 4) body poses. z does not need to close the loops. If a loop is open,
+            each rod or cylinder still points from its first end point to its second.
         """
         local = self._motions.poses(np.asarray(z, dtype=np.float64))
         found = np.empty((*local.shape[:-3], len(self.bodies), 4, 4))

@@ -48,7 +48,7 @@ class View:
     def depth(self, points: FloatArray) -> float:
         """Return the mean depth of points (k, 3) [m].
 
-        Points closer to the viewer have a larger depth value.
+        The depth value increases toward the viewer.
         """
         return float(np.mean(points @ self.rows[2]))
 

@@ -70,13 +70,14 @@ class Equilibrium:
             angle, and 1 for a length.
         struts: The struts (rods and cylinders), keyed by name.
         cylinders: Names of the cylinders, which are the struts with two sections.
-        driven: One pair (driven element, ratio) per actuator. The driven element is the name of a
-            strut, or the row index of a coordinate in G. The ratio is the motion of the driven
-            element per unit of q.
+        driven: One pair (driven element, ratio) per actuator. The driven element is given by the
+            name of a strut, or by the row index of a coordinate in G. The ratio is the motion of
+            the driven element per unit of q.
         free_rows: Row indices in G of the coordinates without actuators.
-        unknowns: Name of the strut, closure or coupling of each unknown load in x.
-        unit_wrenches: For each unknown load, the wrenches (m, bodies, 6) on all bodies if this load
-            has the unit value.
+        unknowns: For each unknown load in x, the name of the strut, closure or coupling that
+            transmits the load.
+        unit_wrenches: One array (m, bodies, 6) per unknown load, with the wrenches that a unit
+            value of this load exerts on all bodies.
         G: (m, coordinates, unknowns) virtual work of the unit wrenches per unit of each coordinate.
     """
 
@@ -139,7 +140,7 @@ class Equilibrium:
         return found
 
     def coordinate_name(self, row: int) -> str:
-        """Return the name of the coordinate that belongs to a row of G."""
+        """Return the name of the coordinate that belongs to a row of the virtual work matrix G."""
         variables = self.robot.configuration_variables or self.robot.coordinates
         return variables[self.coordinates[row]].name
 

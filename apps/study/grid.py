@@ -1,4 +1,4 @@
-"""Grids of equal cells, and volume estimates from the cells that contain sample points.
+"""Grids of equal cells, and estimates of a body's volume from the cells that contain sample points.
 
 A visited cell contains at least one sample point. The volume estimate counts visited cells instead
 of points, because the density of points is not uniform. The visited cells have a larger volume than
@@ -9,7 +9,8 @@ the open faces. The total area of the open faces normal to x equals the area of 
 projected along x. Let c be half the number of open faces normal to an axis, divided by the number
 of visited cells. The estimate multiplies the volume of the visited cells by the correction factor 1
 - c of each axis. The corrected volume is exact for boxes and never negative. If a random half of
-the points misses many of the visited cells, the points are too few, and larger cells are used.
+the points misses many visited cells, the points are too few for this cell size, and larger cells
+are used.
 
 The volume estimate has four remaining errors. First, if the body surface is parallel to cell faces,
 all lines normal to it leave the body at the same position within a cell. For such a parallel
@@ -19,8 +20,8 @@ that contains only a small corner of the body. The number of missed cells is ass
 a power of the number of points. The number of missed cells is estimated by comparing the cells
 visited by all points with the cells visited by a random half. Third, the volume correction uses the
 average distance by which the visited cells extend beyond the body. If the body covers few cells,
-only few lines contribute to this average distance. Fourth, the volume correction by the factors 1 -
-c is exact only for boxes.
+this average distance is inaccurate, because only few lines contribute to it. Fourth, the volume
+correction by the factors 1 - c is exact only for boxes.
 
 Source:
     L. A. Santalo, Integral Geometry and Geometric Probability, 1976, chapter 13, for the area
@@ -73,7 +74,8 @@ class Grid:
     Attributes:
         lower: (3,) lower corner [m].
         side: Side length of the cubic cells [m].
-        shape: Number of cells along x, y and z, which is 1 along an axis without extent.
+        shape: Numbers of cells along x, y and z. The number is 1 along an axis in which the box has
+            no extent.
     """
 
     lower: FloatArray
@@ -151,7 +153,8 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
 
     Returns:
         (m,) cell indices in C order, less than `grid.count`. Points outside the grid have the index
-        of the nearest cell. A point with NaN has the index `grid.count`, which is no cell.
+        of the nearest cell. A point that contains NaN has the index `grid.count`, which belongs to
+        no cell.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower
@@ -209,7 +212,7 @@ def size_of(grid: Grid, hits: CountArray) -> SizeEstimate:
             of_cell = (times * grid.side) ** grid.dimension
             return SizeEstimate(value * of_cell, error * of_cell, unit)
     # Even the largest merged cells contain too few points. The estimate is half the size of the
-    # box, because the body is at most as large as the box.
+    # box, because the size of the body is between 0 and the size of the box.
     box = grid.count * grid.side**grid.dimension
     return SizeEstimate(box / 2, box / 2, unit)
 
@@ -246,7 +249,7 @@ def _joined(hits: CountArray, times: int) -> CountArray:
 
 
 def _filled(visited: BoolArray) -> BoolArray:
-    """Return the visited cells plus the holes that consist of a single cell."""
+    """Return the visited cells, with holes of a single cell filled."""
     padded = np.pad(visited, [(1, 1) if n > 1 else (0, 0) for n in visited.shape])
     axes = [axis for axis, n in enumerate(visited.shape) if n > 1]
     adjacent = sum(np.roll(padded, step, axis).astype(np.int8) for axis in axes for step in (1, -1))
@@ -268,7 +271,7 @@ def _corrected(visited: BoolArray) -> tuple[float, float]:
 
 
 def _open_faces(visited: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return the numbers of level and of sloping open faces along each axis.
+    """Return the numbers of level and of sloping open faces normal to each axis.
 
     An open face separates a visited cell from an unvisited cell. An open face is level if the
     adjacent faces in its plane are also open.

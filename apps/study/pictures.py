@@ -245,8 +245,8 @@ def plot_positions(found: Any, ax: Any = None) -> Any:
 def plot_reach(found: Any, ax: Any = None) -> Any:
     """Plot the fraction of reached orientations, and the number of poses that each limit excludes.
 
-    Each view shows the mean fraction of reached orientations over the reached grid cells along the
-    view direction.
+    Each view shows the fraction of reached orientations, averaged over the reached grid cells along
+    the view direction.
     """
     with requires("chasles[study]"):
         import matplotlib.pyplot as plt  # noqa: PLC0415

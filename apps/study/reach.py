@@ -154,8 +154,8 @@ def reach(
 
     Returns:
         A `Reach` with arrays (m, k), for m positions and k orientations. If `targets` contains
-        poses, k is 1. For a `Grid`, m is the number of cells, in an order in which z changes
-        fastest. `reached` is True if `ik` has a solution within the limits. `n_solutions` counts
+        poses, k is 1. For a `Grid`, m is the number of cells, and z changes fastest in the order of
+        the cells. `reached` is True if `ik` has a solution within the limits. `n_solutions` counts
         the `ik` solutions within the limits, up to 255. `limiting_coordinate` is the index of the
         coordinate that exceeds its limit, -1 for a reached pose, and -2 for a pose that is out of
         reach even without limits. `fraction` (m,) is the fraction of the orientations that are
@@ -362,8 +362,8 @@ class _ReachJob:
             ]
             solutions, limiting = (np.array(column) for column in zip(*found, strict=True))
             tally.n_solutions[some] = np.minimum(solutions.sum(0), _MAX_COUNT)
-            # Coordinate indices are larger than OUT_OF_REACH. The maximum is therefore a coordinate
-            # index if a coordinate limits the pose at one or more redundancy values.
+            # Coordinate indices are larger than OUT_OF_REACH, so `limiting.max(0)` is a coordinate
+            # index if a coordinate limits the pose at any redundancy value.
             tally.limiting[some] = np.where(solutions.any(0), FREE, limiting.max(0))
 
 

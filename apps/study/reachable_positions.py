@@ -4,11 +4,11 @@ A grid cell is reachable if the inverse kinematics has a solution at its center 
 limits, on any branch. A cell is subdivided down to the required resolution if only one of the cell
 and an adjacent cell is reachable. The number of tested cells therefore grows with the surface of
 the reachable region, not with its volume. The border of the reachable region lies between reachable
-and unreachable cell centers. The stated volume of the region includes half of the volume of the
-border cells. The stated error of the volume is the other half of the volume of the border cells.
-The stated error is an upper bound if the border never passes between two adjacent centers that are
-both reachable or both unreachable. The actual error of the volume is usually much smaller and
-decreases with the cell size.
+and unreachable cell centers. The stated volume of the region counts each border cell as half a
+cell. The stated error is half of the total volume of the border cells. The stated error is an upper
+bound if the border never passes between two adjacent centers that are both reachable or both
+unreachable. The actual error of the volume is usually much smaller and decreases with the cell
+size.
 """
 
 from __future__ import annotations
@@ -114,8 +114,8 @@ def reachable_positions(
             redundancy parameter (`robot.redundancy`), 16 values are tested.
         R_0_ee: (3, 3) rotation matrix of the tool in the base frame. None means the tool
             orientation at `q_seed`.
-        resolution: Number of cells along each side of a cube around the reachable positions, 32
-            times a power of two.
+        resolution: Number of cells along each side of a cube around the reachable positions. The
+            number must be 32 times a power of two.
         q_seed: (n,) actuated coordinates [rad or m] at which the tool position is at or near the
             reachable positions. None means the reference configuration of the robot.
 

@@ -36,9 +36,10 @@ points fit in the CPU cache."""
 _BITS = 52
 """Number of bits of each coordinate of a sample point in the unit cube."""
 _NET_KEY = 0
-"""Second of the two numbers that form the random seed of the scrambled Sobol net.
+"""Second number of the random seed of the scrambled Sobol net. The first number is the seed of the
+sample set.
 
-In the random seeds of the pieces of a sample set, the second number is 1, 2, and so on."""
+The random seeds of the pieces of a sample set have 1, 2, and so on as second number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +52,8 @@ class Samples:
         count: Number of points.
         sampling: "sobol", "uniform" or "grid". With "sobol", each piece is a Sobol net with its own
             random digital shift. With "uniform", the points are random and independent. With
-            "grid", the points are the nodes of a grid with equal counts per coordinate, including
-            both limits of each coordinate.
+            "grid", the points are the nodes of a grid that has equally many nodes along each
+            coordinate and includes both limits of each coordinate.
         key: Seed of the random numbers. Equal seeds generate equal points.
     """
 
@@ -66,7 +67,10 @@ class Samples:
 
     @property
     def pieces(self) -> int:
-        """Number of pieces of 2^16 points, of which the last piece may have fewer points."""
+        """Number of pieces.
+
+        Each piece has 2^16 points, but the last piece may have fewer.
+        """
         return -(-self.count // PIECE)
 
     def blocks(self, piece: int) -> Iterator[FloatArray]:

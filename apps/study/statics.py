@@ -1,4 +1,4 @@
-"""Computes actuator forces, and the loads of joints, struts and closures of a robot at rest.
+"""Computes the actuator forces of a robot at rest and the loads on joints, struts and closures.
 
     masses = [PointMass("boom", 1600, [2.6, 0, 0.4]), PointMass("bucket", 900, [0.6, 0, 0.3])]
     loads = static_loads(excavator, q, masses)
@@ -27,8 +27,8 @@ from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
 _PRESTRESSED = 1e-6
-"""Maximum squared force of a strut that counts as free of internal force, for internal forces of
-norm 1. Internal forces are in equilibrium without an external load.
+"""A strut counts as free of internal force if its squared force is at most 1e-6 for any internal
+forces of norm 1. Internal forces are in equilibrium without an external load.
 
 If the squared internal force of a strut is larger than 1e-6, equilibrium does not determine the
 strut force."""
@@ -123,7 +123,7 @@ def gravity_forces(
         (..., n) torques [N m] of the revolute coordinates and forces [N] of the prismatic
         coordinates. If `q` contains several configurations, the forces are NaN at each
         configuration at which the loops do not close or the actuators cannot hold the robot. A NaN
-        in `q` always gives NaN instead of an error.
+        in `q` raises no error: the forces at this configuration are NaN.
 
     Raises:
         OutOfReachError: `q` is a single configuration (n,) at which the loops of the robot do not
@@ -158,8 +158,8 @@ def static_loads(
     """Return the forces and moments in all joints and struts of a robot at rest.
 
     Bodies are rigid, and joints have no friction. Struts are rods and cylinders. A closure is a
-    joint that closes a kinematic loop. If all axes of a loop are parallel, its closure transmits
-    forces only in the plane normal to the axes. The other joints of this loop carry the forces
+    joint that closes a kinematic loop. If all joint axes of a loop are parallel, its closure
+    transmits only forces normal to the axes. In such a loop, the other joints carry the forces
     along the axes.
 
     Args:
@@ -167,8 +167,8 @@ def static_loads(
         q: (..., n) actuated coordinates [rad or m].
         masses: `PointMass` objects. Each contains the name of a body, a mass [kg] and a center of
             mass in the frame of the body [m]. Bodies are links, and strut sections such as the
-            barrel of a cylinder. None means the masses of the robot file. If the file has no
-            masses, only `wrench` acts on the robot.
+            barrel of a cylinder. None means the masses of the robot file. If `masses` is None and
+            the robot file has no masses, only `wrench` acts on the robot.
         wrench: (..., 6) external force [N] and moment [N m] on the tool, in the axes of the base
             frame. The moment is about the tool origin. None means no external force and moment.
         gravity: (3,) gravitational acceleration in the base frame [m/s^2]. None means the vector of
@@ -178,13 +178,13 @@ def static_loads(
         A `StaticLoads`. `actuator_forces` (..., n) contains the torques [N m] and forces [N] that
         hold the robot, positive in the direction of the coordinate. `joints`, `struts` and
         `closures` are dictionaries, keyed by the name of the joint, strut or closure. `joints`
-        contains the force and moment (..., 6) [N, N m] from each joint on the link that it moves,
-        about the origin of the joint frame. `struts` contains axial forces (...,) [N], positive in
-        compression. `closures` contains the force and moment (..., 6) [N, N m] from the first link
-        of each closure on the second link. All vectors are in the axes of the base frame. If `q` or
-        `wrench` contains several rows, the loads of a row are NaN if the loops do not close, or if
-        equilibrium does not determine the loads. A NaN in `q` or `wrench` always gives NaN instead
-        of an error.
+        contains the force and moment (..., 6) [N, N m] that each joint exerts on the link that it
+        moves, about the origin of the joint frame. `struts` contains axial forces (...,) [N],
+        positive in compression. `closures` contains the force and moment (..., 6) [N, N m] that the
+        first link of each closure exerts on the second link. All vectors are in the axes of the
+        base frame. For several rows in `q` or `wrench`, the loads of a row are NaN if the loops do
+        not close or equilibrium does not determine the loads. A NaN in `q` or `wrench` raises no
+        error: the loads of this row are NaN.
 
     Raises:
         OutOfReachError: `q` is a single configuration (n,) at which the loops of the robot do not
@@ -249,7 +249,7 @@ class _Solved:
         self._solve()
 
     def _solve(self) -> None:
-        """Compute unknown forces x from the equilibrium of the coordinates without an actuator."""
+        """Compute the unknown forces x from equilibrium at all coordinates without an actuator."""
         e = self.equations
         work = e.work(self.applied)
         G, rest = e.G / e.lengths[:, None], work / e.lengths

@@ -185,8 +185,8 @@ def progress_of(
     Args:
         name: Name of the task that the progress bar shows.
         total: Number of work items that the progress bar counts.
-        shown: Whether to show the progress bar. None shows the bar only if standard error is a
-            terminal. Without the package rich, no bar is shown.
+        shown: Whether to show the progress bar. If `shown` is None, the progress bar appears only
+            if standard error is a terminal. Without the package rich, no bar is shown.
 
     Yields:
         A function that advances the progress bar by a number of newly completed work items.

@@ -23,9 +23,9 @@ SAME_ARC = 1e-11
 """Two circles count as equal if the difference of their centers and radii is at most this value. An
 arc counts as a point if its length is at most this value."""
 TANGENT = 1e-12
-"""Circles count as tangent if the cosine of an angle differs from 1 by less than 1e-12. The angle
-is between the line of centers and the radius to an intersection of the circles. This tolerance is a
-thousand times the rounding error of a cosine."""
+"""Two circles count as tangent if cos(a) differs from 1 by less than 1e-12, where a is the angle
+between the line of centers and the radius to an intersection. This tolerance is a thousand times
+the rounding error of a cosine."""
 TEST_DISTANCE = 3e-11
 """Distance of the test points on both sides of an arc, relative to the size of the region. The
 distance exceeds SAME_ARC, so a test point cannot lie on another arc that counts as equal to this

@@ -1,6 +1,7 @@
 """Computes the positions that a tool reaches.
 
-For each cell of a position grid, the number and quality of the configurations are stored.
+Each cell of a position grid stores the number and quality of the configurations whose tool origin
+is in the cell.
 
 Configurations are sampled between the lower and upper bound of each coordinate. For each
 configuration, forward kinematics determines the grid cell that contains the tool origin, and the
@@ -60,9 +61,9 @@ class Workspace(StudyResult):
             (`Manipulability.min_singular_value`). `manipulability` is None if the argument
             `quality` of `workspace` does not contain "manipulability".
         limit_margin: (nx, ny, nz) largest limit margin among the configurations in each cell, or 0
-            without hits. The limit margin is the distance to the nearest limit, relative to the
-            coordinate's range (at most 1/2). `limit_margin` is None if the argument `quality` of
-            `workspace` does not contain "limit_margin".
+            in cells without configurations. The limit margin is the distance to the nearest limit,
+            relative to the coordinate's range (at most 1/2). `limit_margin` is None if the argument
+            `quality` of `workspace` does not contain "limit_margin".
         directions: (nx, ny, nz) number of sectors that the tool's z axis reaches, among 64 equal
             sectors of the sphere of directions. `directions` is None if the argument `quality` of
             `workspace` does not contain "directions".
@@ -138,7 +139,7 @@ class Workspace(StudyResult):
     def projection(self, axis: Literal["x", "y", "z"]) -> NDArray[np.uint64]:
         """Return the numbers of configurations (n, m), summed along the axis "x", "y" or "z".
 
-        Rows and columns are the two other axes, in the order x, y, z.
+        The rows and columns of the result are the two other axes, in the order x, y, z.
 
         Raises:
             InputValueError: `axis` is unknown.
@@ -207,7 +208,7 @@ def workspace(
         InputValueError: A prismatic coordinate of the robot has no limits, or the loops close at no
             sampled configuration. The tool origin does not move. `sampling`, `quality` or `threads`
             has an unsupported value. `samples`, `resolution` or `rng` is too small or has a
-            fractional part. The grid would have more than 1e9 cells.
+            fractional part. A grid with this `resolution` would have more than 1e9 cells.
         NotInstalledError: SciPy is not installed. `pip install 'chasles[study]'` installs SciPy.
     """
     check_type("workspace: robot", robot, Robot)
@@ -229,7 +230,7 @@ def workspace(
 
 
 class _Counts:
-    """Numbers of configurations, best quality values and reached direction sectors of all cells.
+    """Counts of configurations, best quality values and reached direction sectors per grid cell.
 
     The last entry of each array belongs to the configurations with open loops.
     """

@@ -49,13 +49,13 @@ _OPEN = "A loop does not close at these coordinates."
 class LiveView:
     """A local web page that shows a robot and lets the user move it.
 
-    The page has a slider for each coordinate (degrees or millimeters), and a frame at the tool to
-    drag. Pale robots (ghosts) show the other inverse solutions, and points show the workspace. A
-    trajectory has a time slider.
+    The page has a slider for each coordinate (degrees or millimeters) and a draggable coordinate
+    frame at the tool. Pale robots (ghosts) show the other inverse solutions, and points show the
+    workspace. A trajectory has a time slider.
 
     Attributes:
-        address: The address of the page. A token in the address keeps other pages in the browser
-            from accessing the view.
+        address: The address of the page. The address contains an access token, so that other pages
+            in the browser cannot access the view.
         displayed: The displayed configuration, with coordinates `displayed.q` (n,) [rad or m].
         handle_size: Length of the arrows of the frame at the tool [m].
         is_dragged: Whether the user is dragging the tool.
@@ -367,7 +367,7 @@ class LiveView:
                 handle.batched_wxyzs = ghosts.wxyzs[:, k]
 
     def _kinds_of_ghosts(self) -> list[tuple[Any, Callable[[Displayed], Ghosts], int]]:
-        """Return the checkbox, the function and the maximum number for each kind of ghost.
+        """Return a tuple (checkbox, function, maximum number of ghosts) for each kind of ghost.
 
         The kinds of ghosts (transparent robots) are solutions and assembly modes. A kind with the
         maximum number 0 is omitted.

@@ -130,7 +130,7 @@ def _surfaces(
 
 
 _WIDTH = {"link": 1.0, "guide": 0.7, "barrel": 1.7, "piston": 0.9, "rod": 0.8, "ram": 1.5}
-"""Radius of each kind of line, divided by the radius of a link."""
+"""Radius of the drawn tube for each kind of shape, divided by the radius of a link."""
 
 
 def _lines(points: FloatArray, radius: float) -> Iterator[Triangles]:

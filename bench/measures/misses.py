@@ -17,7 +17,7 @@ from ..report import out, save, table
 
 OWN = "chasles"
 PEERS_POSES = 4096
-"""Maximum number of target poses in each set that other libraries solve. Some libraries take
+"""Maximum number of target poses that other libraries must solve in each set. Some libraries take
 milliseconds per target."""
 PEERS_SHORT = 100
 COLUMNS = ("set", "who", "targets", "missed", "unfound", "wrong", "lost", "worst")

@@ -1,4 +1,6 @@
-"""``python -m bench studies`` times workspaces, reach studies, motions and plans, and plain loops.
+"""Measures the times of workspaces, reach studies, motions, plans and plain loops.
+
+The command is ``python -m bench studies``.
 
 The plain loops are Python loops that call other libraries. In the comparison of workspaces, one
 iteration of the loop computes the forward kinematics and the grid cell of the tool. Times are per
@@ -31,8 +33,8 @@ SIDE, ORIENTATIONS = 50, 20
 HOME = np.array([0, -1, 1.2, -0.4, 0.5, 0])
 AWAY = np.array([0.3, 0.2, -0.2, 0.1, 0.2, 0.3])
 LINED, PROCESS = 1000, 4901
-"""Numbers of samples. The first number is for the straight tool path of ur5e. The second number is
-for the motion of well_manipulator."""
+"""Numbers of samples: `LINED` for the straight tool path of ur5e, `PROCESS` for the motion of
+well_manipulator."""
 
 
 def run(samples: int) -> int:

@@ -121,7 +121,8 @@ def _description(job: Job) -> list[bytes]:
     file = job.file
     ending = file.suffix.lower()
     if ending == ".xacro":
-        # Conditions and arguments in the xacro file determine which files are included.
+        # The xacro file is expanded, because its conditions and arguments determine which files it
+        # includes.
         try:
             return [_expanded(file, job)[0].encode()]
         except DescriptionError:

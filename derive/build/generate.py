@@ -153,7 +153,9 @@ def write(
 
 
 def put(texts: Mapping[str, str], folder: Path, *, shares: bool = False) -> list[Path]:
-    """Write all generated files of a robot into a folder, or no file if an error occurs.
+    """Write all generated files of a robot into a folder.
+
+    If an error occurs, no file is written.
 
     Args:
         texts: Text of each generated file, keyed by its path in the robot's folder.
@@ -182,7 +184,7 @@ def _remove(file: Path) -> None:
 def paths_of(names: Iterable[str], folder: Path, *, shares: bool) -> dict[str, Path]:
     """Return the path of each generated file.
 
-    If ``shares``, the support headers are in a folder that several robots share.
+    If ``shares`` is true, the support headers are in a folder that several robots share.
     """
     shared = support_files() if shares else {}
     return {name: (folder.parent / SUPPORT if name in shared else folder) / name for name in names}

@@ -210,7 +210,7 @@ def _compare(job: Job) -> Report:
 
 
 def _shares(job: Job) -> bool:
-    """Whether the target folder is that of the installed robots, which share support headers."""
+    """Whether the target folder is the folder of installed robots, which share support headers."""
     return job.to.resolve() == GENERATED.resolve()
 
 

@@ -27,10 +27,10 @@ WITHOUT_LENGTH = 0.55
 """Barrel length of a cylinder with a short or zero retracted length, as a fraction of the cylinder
 length in the reference configuration."""
 DETOUR = 1.6
-"""Maximum length of a link that is drawn along the common normal of two joint axes.
+"""Maximum relative length of a link that is drawn along the common normal of two joint axes.
 
-The length of a link is measured relative to the distance between its ends. A link longer than this
-maximum is drawn as a straight line.
+The relative length of a link is its drawn length divided by the distance between its ends. A link
+with a larger relative length is drawn as a straight line.
 """
 APART = 0.08
 """Maximum shift of a symbol that overlaps another symbol, as a fraction of the robot size."""

@@ -89,8 +89,8 @@ def rates(
     Column j of the space Jacobian has the derivative J_j' = ad(V_(j-1)) J_j, where V_(j-1) is the
     twist of the link before joint j.
 
-    Column j of the body Jacobian has the derivative J_j' = ad(J_j) (V - V_j), with the twist V -
-    V_j that later joints cause.
+    Column j of the body Jacobian has the derivative J_j' = ad(J_j) (V - V_j), where V - V_j is the
+    part of the tool twist that later joints cause.
 
     Column j of the mixed Jacobian has the derivatives omega_j' = Omega_(j-1) x omega_j and v_j' =
     Omega_j x v_j + omega_j x v. In the derivative v_j', the vector v is the part of the tool

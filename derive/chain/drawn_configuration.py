@@ -23,7 +23,7 @@ _AREA = 4.0
 _BENDS = 0.02
 """Dimensionless cost of each 90 degrees by which a joint angle differs from 0."""
 _BELOW = 0.5
-"""Cost per unit of depth of the lowest joint below the base, with the depth relative to the robot
+"""Cost per unit of the lowest joint's depth below the base, where the depth is divided by the robot
 size."""
 _SHORT = 0.02
 """Links that are shorter than this fraction of the robot size are drawn as one point."""

@@ -61,8 +61,9 @@ class Forward:
     Attributes:
         terms: Table of named terms.
         groups: The groups of parallel axes of the chain.
-        axes: Axes of the frame of each group, in the base frame.
-        end_axes: Axes of each group after the rotation of its last joint, in the base frame.
+        axes: Orientation of each group frame, expressed in the base frame.
+        end_axes: Orientation of each group frame after the rotation of the group's last joint,
+            expressed in the base frame.
     """
 
     def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
@@ -133,8 +134,8 @@ class Forward:
     def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
         """Return the orientations of the start and end frames of all groups in the tool frame.
 
-        The first returned list contains the start frame of each group, and the second list the
-        frame after its last joint.
+        The first list contains the orientation of the start frame of each group. The second list
+        contains the orientation after the rotation of the group's last joint.
         """
         tool = self.groups[-1].stations[-1].frames[-1]
         end_axes = [_transposed(tool.orientation)]

@@ -90,7 +90,7 @@ def most_stiffness(robot: SerialRobot, load: Load) -> list[float]:
         One upper bound of the torque derivatives for each joint (N m/rad or N/m).
 
     Raises:
-        DescriptionError: A prismatic joint has no limits, but the bound depends on these limits.
+        DescriptionError: A prismatic joint on which the bound depends has no limits.
     """
     gravity = float(sp.sqrt(sum(g**2 for g in load.gravity)))
     work = []

@@ -12,8 +12,8 @@ A *group* consists of consecutive parallel axes between two tilts. All axes of a
 z axis of the group frame. A *station* consists of the angle phi of one revolute joint and the
 translation to the next joint axis. The field `reach` of a station contains the translation to the
 next joint axis, in axes that rotate with the angle phi. A joint axis that is antiparallel to the z
-axis of its group stays in the group, with the sign -1. Rotations by constant right angles only
-permute the coordinate axes, so these rotations need no arithmetic operations.
+axis of its group stays in the group, with the sign -1. A rotation by a constant right angle
+permutes the coordinate axes and needs no arithmetic operations.
 """
 
 from collections.abc import Callable, Sequence

@@ -201,8 +201,8 @@ class _Derivation:
         table = hessian(self.terms, self._joints("mixed"))
         count = range(len(self.q))
         D_q = self.motion.D_q()
-        # The next two lines convert the two joint indices of the Hessian to coordinate indices,
-        # first the index of the variable of differentiation.
+        # The next two lines convert joint indices of the Hessian to coordinate indices: first the
+        # index of the differentiation variable, then the column index.
         by_coordinate = [[self._combined(row, D_q, k) for row in table] for k in count]
         entries = [[self._combined(row, D_q, j) for row in by_coordinate] for j in count]
         bend = self.motion.D_q_q()

@@ -42,9 +42,9 @@ class TreeBody:
         placement: The body frame in the parent frame at joint value 0 (4, 4).
         joint: The joint that moves the body, or None for the ground and strut sections.
         span: The two end points of the strut if the body is a strut section, otherwise None.
-        limits: Minimum and maximum of the coordinate that moves the body, each None if unbounded.
-        is_part: Whether the joint of this body has further motions, so that the next body belongs
-            to the same joint.
+        limits: Minimum and maximum of the coordinate that moves the body. A missing limit is None.
+        is_part: Whether the next body belongs to the same joint, because several coordinates move
+            this joint.
     """
 
     name: str

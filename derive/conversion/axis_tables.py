@@ -67,8 +67,8 @@ def in_table(robot: SerialRobot, convention: Convention) -> SerialRobot:
     without a short exact form have 17 digits, or more if a length is 10 m or more.
 
     Raises:
-        InputValueError: The robot has masses, whose positions are given in link frames that a table
-            would move.
+        InputValueError: The robot has masses, and the conversion to a table would move the link
+            frames in which their positions are given.
     """
     if robot.load is not None:
         raise InputValueError(

@@ -41,7 +41,7 @@ class Conversion:
     Attributes:
         format: "toml", "urdf", "dh", "mdh" or "poe", as passed to ``convert``.
         text: The text of the robot file or of the URDF.
-        robot: The converted robot, with the rounded numbers of the text.
+        robot: The converted robot, with the same rounded numbers as in ``text``.
         error: Upper bounds of the tool pose error within the joint limits: distance (meter) and
             angle (radian) between the converted and the original tool pose.
         notes: Sentences about changes to the robot, and about facts that the format cannot express.
@@ -111,7 +111,8 @@ def convert(robot: Described, to: Format) -> Conversion:
 
     Raises:
         InputValueError: The format is unknown, the robot has loops, or the format cannot express
-            the robot. A table cannot express masses on link frames that the table would move.
+            the robot. A table would move the link frames in which the positions of masses are
+            given.
     """
     check_type("convert: robot", robot, SerialRobot, Mechanism)
     if to not in FORMATS:

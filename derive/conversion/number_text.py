@@ -1,8 +1,8 @@
 """Writes exact numbers for robot files and URDF.
 
 The reader of robot files replaces a decimal that looks rounded with an exact value (module
-``noise``). Therefore the writer converts decimals that look rounded to fractions with denominator
-3, which the reader keeps unchanged.
+``noise``). Therefore the writer replaces each decimal that looks rounded with a fraction of
+denominator 3, which the reader keeps unchanged.
 """
 
 import math
@@ -69,7 +69,7 @@ class NumberText:
     """Converts the numbers of a robot to the text of its robot file.
 
     Attributes:
-        noise: Maximum rounding error of a length that the reader of robot files removes (meter).
+        noise: Maximum rounding error (meter) that the reader of robot files removes from a length.
     """
 
     noise: Fraction
@@ -88,7 +88,7 @@ class NumberText:
         return f"[{', '.join(self.scalar(part, kind) for part in value)}]"
 
     def scalar(self, value: sp.Expr, kind: str) -> str:
-        """Return the text of a number, or a quoted expression if the plain number would be rounded.
+        """Return a number as text, or as a quoted expression if the reader would change the number.
 
         Args:
             value: An exact number, or an expression with parameters.

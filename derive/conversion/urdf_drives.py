@@ -19,7 +19,8 @@ from ..model.robot import SerialRobot
 from .number_text import nearest
 
 Row = tuple[tuple[sp.Expr, ...], sp.Expr]
-"""The equation of a coupled joint: the coupling ratios of the coordinates, and the offset."""
+"""Coefficients of the equation of a coupled joint: the coupling ratio of each coordinate, and the
+offset."""
 
 
 @dataclass(frozen=True)

@@ -142,8 +142,8 @@ def radians_meant(value: sp.Expr) -> sp.Expr | None:
     The result is None if no multiple matches.
 
     The result is also None for an angle of more than one turn. A right angle is recognized from two
-    decimal places (1.57). Other multiples of pi/12 are recognized if they have at least four
-    decimal places (0.7854).
+    decimal places (1.57). Other multiples of pi/12 are recognized only in numbers with at least
+    four decimal places, such as 0.7854.
     """
     places = decimal_places(value) or 0
     multiple = exact_angle(value) / sp.pi

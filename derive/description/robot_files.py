@@ -66,7 +66,9 @@ def read(
     conventions: Sequence[Convention] = CONVENTIONS,
     exact: bool = False,
 ) -> Described:
-    """Read a robot from a file, whose suffix determines the format.
+    """Read a robot from a file.
+
+    The suffix of the file determines the format.
 
     Args:
         source: A robot file (.toml), URDF (.urdf), xacro file (.xacro), MJCF model (.xml) or SDF

@@ -164,9 +164,9 @@ def _listed(
 def _meant(number: Fraction, others: Sequence[Fraction], rounding: float) -> Fraction:
     """Return the exact number that a rounded number stands for.
 
-    The candidates are 0, the numbers in ``others`` and their negatives. The result is the first
-    candidate within ``rounding`` of the given number. Without such a candidate, the result is the
-    shortest decimal within ``rounding``.
+    The candidates for the exact number are 0, the numbers in ``others`` and their negatives. The
+    function returns the first candidate within ``rounding`` of the given number. If no candidate is
+    that close, the function returns the shortest decimal within ``rounding`` of the given number.
     """
     for other in (Fraction(0), *others):
         if abs(abs(number) - other) <= rounding:

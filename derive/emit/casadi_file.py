@@ -40,9 +40,9 @@ def files(derivation: Derivation, _: Programs) -> dict[str, str]:
 def joined(derivation: Derivation) -> ca.Function | None:
     """Return one CasADi function with all position functions as outputs.
 
-    The outputs are the robot functions whose roles are in ``POSITIONS``. The forward kinematics
-    function ``fk_p(q, p)`` with variable geometry is also an output if it was derived. CasADi can
-    differentiate all outputs. The result is None if the robot has no position function.
+    The outputs are the robot functions whose roles are in ``POSITIONS``. If the forward kinematics
+    function ``fk_p(q, p)`` with variable geometry was derived, its result is also an output. CasADi
+    can differentiate all outputs. The result is None if the robot has no position function.
     """
     kept = [
         f

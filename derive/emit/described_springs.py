@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 def load_template(robot: Described) -> str:
     """Return the gravity vector, the mass tables and the spring tables of a robot file as text.
 
-    The returned text is empty if the arm has no masses. For an arm with coupled or helical joints,
+    If the arm has no masses, the returned text is empty. For an arm with coupled or helical joints,
     the returned text contains no spring tables. In the robot file of a calibrated arm, link k is
     mounted on the k-th moving joint. With all joints of a calibrated arm at zero, the frame of each
     link coincides with the base frame.

@@ -62,7 +62,7 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """Return the emitters, with the chosen level of detail for the LaTeX article."""
+    """Return the emitters; ``detail`` selects how the LaTeX article is written."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

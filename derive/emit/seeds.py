@@ -50,7 +50,7 @@ def inverses(derivation: Derivation) -> list[Signature]:
 
 
 def seeded(derivation: Derivation) -> list[Signature]:
-    """Return the inverse kinematics functions whose inputs except the target follow from a seed."""
+    """Return the IK functions for which a seed determines all inputs except the target."""
     return [f for f in inverses(derivation) if seed_inputs(derivation, f) is not None]
 
 
@@ -86,8 +86,9 @@ def printed_nearest(
 ) -> list[tuple[SymbolicFunction, SeedInputs]]:
     """Return the inverse kinematics functions with a nearest-solution function in every language.
 
-    The list is empty if the robot needs a search over full turns. An inverse kinematics function is
-    omitted if another function computes its further inputs from the seed and is not in ``printed``.
+    The list is empty if the robot needs a search over full turns. If a function that is not in
+    ``printed`` computes inputs of an inverse kinematics function from the seed, the list omits this
+    inverse kinematics function.
     """
     if shares_limits(derivation, wraps_of(derivation)) or limited_variables(derivation):
         return []

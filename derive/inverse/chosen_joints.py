@@ -19,8 +19,8 @@ from .structure.lines import Lines, axes_of
 from .tasks.orientation import NAME, orientation_task, orients
 
 MAX_TRIED = 60
-"""Maximum number of sets of fixed joints that are tested for an error message. Testing this many
-sets takes 1 to 2 seconds."""
+"""Maximum number of joint sets that are tested to suggest fixable joints in an error message.
+Testing this many sets takes 1 to 2 seconds."""
 MAX_NAMED = 12
 """Maximum number of joint sets listed in an error message."""
 
@@ -118,7 +118,7 @@ def _nothing_left(
 def _offered(
     robot: SerialRobot, families: Sequence[Family], chosen: tuple[int, ...], count: int
 ) -> Iterator[tuple[int, ...]]:
-    """Yield sets of ``count`` joints that leave the chain a closed form if they are fixed."""
+    """Yield sets of ``count`` joints that can be fixed so that the chain keeps a closed form."""
     sets = list(combinations(range(len(robot.moving)), count))
     sets.sort(key=lambda given: -len({*given} & {*chosen}))
     for given in sets[:MAX_TRIED]:

@@ -57,8 +57,7 @@ class Attempt:
     def on(self, lines: Lines) -> "Attempt":
         """Return the result of comparing the same arm family with another chain.
 
-        The returned result contains the conditions of the arm family, evaluated for the other
-        chain.
+        The conditions of the arm family are evaluated for the other chain.
         """
         left = lines.at_generic(self.given)
         seen = left.reversed() if self.backwards else left
@@ -115,8 +114,8 @@ def classify(
     Args:
         robot: The description.
         terms: Table of named terms, which receives the constants of the axes.
-        coordinates: Number of coordinates that move the chain if loops couple its joints, or None
-            for the number of joints.
+        coordinates: Number of coordinates that move the chain if loops couple its joints. None if
+            each joint has its own coordinate.
         families: The families of axis structures to try, in order.
         give: Indices of the joints to fix in ascending order, or an empty tuple to fix the first
             suitable set of joints.

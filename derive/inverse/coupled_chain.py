@@ -13,8 +13,8 @@ The identity ``Rz(a) M Rz(-s a) M' Rz(b) = T(t') Rz(a) T(t) R' Rz(b - s' a)`` re
 three parallel revolute joints.
 
 In the identity for three parallel joints, the rotations by a and -s a cancel, so the body after the
-second joint only translates. For three parallel joints, R and t are the rotation and translation of
-M, and R' and t' are those of R M'.
+second joint only translates. In the identity for three parallel joints, R and t are the rotation
+and translation of M, and R' and t' are the rotation and translation of R M'.
 """
 
 from collections.abc import Mapping, Sequence
@@ -128,9 +128,9 @@ class _State:
         sense = self._sense(one.joint.kind, other)
         if sense == 0 or (other.joint.kind == "revolute" and not self._is_coaxial(other)):
             return None
-        # The merged joint has the name of the joint that depends on a single coordinate. If both
-        # joints or neither joint depend on a single coordinate, the merged joint has the name of
-        # the second joint.
+        # If exactly one of the two joints depends on a single coordinate, the merged joint has the
+        # name of this joint. If both joints or neither joint depend on a single coordinate, the
+        # merged joint has the name of the second joint.
         is_free = [sum(entry != 0 for entry in link.row) == 1 for link in (one, other)]
         named = one if is_free == [True, False] else other
         merged = replace(

@@ -92,8 +92,8 @@ def refined_in_coordinates(
         robot: The coupled robot.
         chain: The chain.
         refined: The refined inverse kinematics function of the chain, which returns joint values.
-        solved: The inverse functions of the nominal arm, which return the robot coordinates from
-            which refinement starts.
+        solved: The inverse functions of the nominal arm, whose results (robot coordinates) are the
+            start of the refinement.
     """
     assert isinstance(refined.tables, RefinedTables)
     start = solved[NOMINAL].function

@@ -235,7 +235,7 @@ def singular(inverses: Inverses) -> str:
 
 
 def notes(inverses: Inverses) -> tuple[str, ...]:
-    """Return remarks on an arm that is always singular, or that has only a refined IK function."""
+    """Return remarks if an arm is always singular or has only a refined IK function."""
     classification = inverses.classification
     if inverses.self_motion:
         return (f"the arm is {singular(inverses)}",)

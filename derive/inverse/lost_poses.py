@@ -1,4 +1,4 @@
-"""Counts the poses of right-angle configurations that an inverse kinematics function misses.
+"""Counts right-angle configurations whose poses an inverse kinematics function misses.
 
 At some poses, the angle of one joint is arbitrary, and the closed form selects one value of this
 angle. If the other joints can reach the pose only with a different value of the arbitrary angle,
@@ -46,11 +46,12 @@ def lost_poses(arm: NumericArm, inverse: SymbolicFunction) -> int:
 
     Args:
         arm: The arm.
-        inverse: Inverse kinematics function of one task, whose inputs are the target and the values
-            of the fixed joints.
+        inverse: Inverse kinematics function of one task. Its inputs are the task target and the
+            values of the fixed joints.
 
     Returns:
-        Number of configurations whose pose the function misses, from 0 to ``SAMPLES``.
+        Number of sampled configurations whose pose the inverse kinematics function misses, from 0
+        to ``SAMPLES``.
     """
     role = inverse.role
     q = configurations(arm, role.free)

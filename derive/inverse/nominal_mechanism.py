@@ -1,7 +1,7 @@
 """Nominal mechanism of a built robot with loops.
 
-The dimensions of a built robot differ slightly from its design. If the robot file names the design,
-the design is the nominal mechanism. In a design, some lengths are equal or proportional, so the
+The dimensions of a built robot differ slightly from its design. If the robot file names a design,
+this design is the nominal mechanism. In a design, some lengths are equal or proportional, so the
 loops have closed-form solutions. The lengths of an unknown design are probably round numbers, so
 the built lengths are rounded to decimal grids, from coarse to fine. Axis directions are rounded to
 multiples of 15 degrees. The nominal mechanism is the first rounded mechanism that has suitable
@@ -55,7 +55,8 @@ class Nominal:
     """A nominal mechanism that approximates a robot as built.
 
     Attributes:
-        mechanism: The stated design, or the built mechanism with rounded numbers.
+        mechanism: The design that the robot file names, or the built mechanism with rounded
+            numbers.
         moved: Largest change (meter) of a length or position from the built robot to the nominal
             mechanism.
         turned: Largest change (radian) of an axis direction from the built robot to the nominal
@@ -190,8 +191,8 @@ class ConvergenceResult:
 
     Attributes:
         share: Fraction (0 to 1) of random configurations that Newton's method recovers.
-        deviation: Largest pose error of a nominal solution from which a configuration is recovered,
-            in radian or as a distance divided by the robot length.
+        deviation: Largest pose error of the nominal solutions from which Newton's method recovers a
+            configuration, in radian or as a distance divided by the robot length.
     """
 
     share: float

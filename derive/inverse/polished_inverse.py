@@ -64,9 +64,9 @@ def polished_inverse(
         classification: The family of the nominal arm, and the deviation of the actual arm's axes
             from this family.
         nominal: The inverse kinematics function ``ik`` of the nominal arm.
-        general: Tables of the general solver, which normally runs only to find solutions of
-            uncertain branches. A well-conditioned general solver runs at every pose if the arm has
-            fixed joints or differs much from its nominal arm. Fixed joints complicate the
+        general: Tables of the general solver. This solver normally runs only to find the solutions
+            of uncertain branches. A well-conditioned general solver runs at every pose if the arm
+            has fixed joints or differs much from its nominal arm. Fixed joints complicate the
             singularities of the arm.
         move: Median joint displacement (radian) from a nominal solution to the refined solution.
     """
@@ -93,7 +93,7 @@ def nearly_meet(lines: Lines) -> bool:
 
 @dataclass(frozen=True)
 class RefinedTables(Tables):
-    """Numeric data of a robot whose inverse solutions are refined from a nominal robot.
+    """Numeric data of a robot whose inverse kinematics refines solutions of a nominal robot.
 
     Attributes:
         turns: Number of full turns per unit of each coordinate, which is 0 for prismatic joints.

@@ -82,12 +82,12 @@ class Inverses:
         polished: Inverse kinematics function of an arm whose axes nearly fit a closed-form family.
             If the attribute ``polished`` is set, the attribute ``solved`` contains the inverse
             kinematics of the nominal arm.
-        polished_tasks: Inverse kinematics functions for tasks other than a full pose, each of which
-            refines solutions of the nominal arm.
-        composed: Inverse kinematics function of a robot with loops, which calls the inverse
+        polished_tasks: Functions for inverse kinematics tasks other than the full pose. Each of
+            these functions refines solutions of the nominal arm.
+        composed: Inverse kinematics function of a robot with loops. This function calls the inverse
             kinematics function of the main chain.
-        chain: The chain for which the inverse kinematics of a robot with coupled joints is solved,
-            or None for a robot without couplings.
+        chain: Chain that the inverse kinematics of a robot with coupled joints solves, or None if
+            no joints are coupled.
     """
 
     classification: Classification
@@ -350,8 +350,8 @@ def _by_free_followers(
 
     Returns:
         The inverse kinematics functions, or None if the pose does not determine all free joints.
-        The result is also None if a coupling ratio is a fraction, because full turns of the coupled
-        joints are then ambiguous.
+        The returned value is also None if a coupling ratio is a fraction, because full turns of the
+        coupled joints are then ambiguous.
     """
     if not chain.keeps_turns:
         return None

@@ -2,13 +2,13 @@
 
 The added joint 6 rotates the tool about the tool axis. The position and direction of the tool axis
 do not depend on angle 6. Therefore, every reachable pose has a solution with angle 6 at 0. If the
-resulting six-joint arm belongs to no arm family, a different revolute axis is added instead. A
-solution is valid only if the angle of the added joint is 0, because the real arm has no joint at
-this axis. The derivation tries two positions of the added axis at each end of the arm. At the first
-position, the added axis passes through the intersection of the two outermost joint axes, as in a
-spherical wrist. If one of the two outermost joints is prismatic, the added axis passes through a
-point of the outermost joint axis. At the second position, the added axis does not intersect the
-outermost joint axis.
+arm with the added joint 6 belongs to no arm family, the derivation adds a different revolute joint
+instead. A solution is valid only if the angle of the added joint is 0, because the real arm has no
+joint at this axis. The derivation tries two positions of the added axis at each end of the arm. At
+the first position, the added axis passes through the intersection of the two outermost joint axes,
+as in a spherical wrist. If one of the two outermost joints is prismatic, the added axis passes
+through a point of the outermost joint axis. At the second position, the added axis does not
+intersect the outermost joint axis.
 """
 
 from collections.abc import Iterator, Sequence
@@ -44,9 +44,9 @@ def by_tool_axis(
         families: The families of axis structures to try, in order.
 
     Returns:
-        The classification of the arm with the added axis, and the solved tasks. None is returned if
-        the number of free joints is not five, or if no added axis gives an arm that matches a
-        family.
+        The classification of the arm with the added axis, and the solved tasks. The function
+        returns None if the number of free joints is not five, or if no added axis gives an arm that
+        matches a family.
     """
     give = classification.give
     if len(classification.lines.axes) - len(give) != JOINTS or unfit(robot):

@@ -68,8 +68,8 @@ _OF_COUPLED: Mapping[str, tuple[str, Callable[[CoupledPage], str]]] = {
     "singularities": ("Singular configurations", singularities_of_coupled),
     "example": ("Worked example", example_of_coupled),
 }
-"""Headings and printing functions of the fragments of a coupled robot that replace or supplement
-those in ``_FRAGMENTS``."""
+"""Headings and printing functions of LaTeX fragments for robots with coupled joints, which replace
+or supplement entries of ``_FRAGMENTS``."""
 _DRAWING = "drawing"
 """Name of the LaTeX fragment with the figure of the robot."""
 _WORKSPACE = "workspace"
@@ -78,8 +78,8 @@ _PICTURES: Mapping[str, Mapping[str, str]] = {
     "parameters": {_DRAWING: "Drawing"},
     "singularities": {_WORKSPACE: "Workspace"},
 }
-"""Pictures that follow a LaTeX fragment, keyed by the name of the fragment. Each entry maps the
-names of pictures to their section headings."""
+"""Pictures after each LaTeX fragment, keyed by the name of the fragment. Each entry maps the names
+of pictures to their section headings."""
 _NEEDS_GEOMETRY = "parametric"
 """Name of the LaTeX fragment with the parametric functions."""
 
@@ -257,8 +257,8 @@ def _article(derivation: Derivation, parts: Mapping[str, str]) -> str:
         [
             preamble,
             "\\begin{document}",
-            # The title of a robot is not a part of a sentence, because the title may be a plural or
-            # a genitive.
+            # The robot's title stands alone and not in a sentence, because the title may be a
+            # plural or a genitive.
             f"\\begin{{center}}\n{{\\LARGE {title}}}\\\\[1ex]\n\\large Kinematics\n\\end{{center}}",
             *([source] if source else []),
             *sections,

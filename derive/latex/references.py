@@ -1,7 +1,7 @@
 r"""Prints the list of works that a LaTeX article cites.
 
 LaTeX fragments cite works by author and year, so that the fragments fit into any LaTeX article. The
-list of works contains those that the other fragments cite.
+list contains only works that the LaTeX fragments of the article cite.
 """
 
 from collections.abc import Iterable, Mapping
@@ -71,7 +71,8 @@ WORKS: Mapping[str, str] = {
         r" 1996."
     ),
 }
-"""Entries of the list of references in printed order, keyed by the text that cites the work."""
+"""Entries of the list of references in printed order, keyed by the words with which a text cites
+the work."""
 _LAYOUT = (
     r"\setlength{\leftmargin}{1.5em}\setlength{\itemindent}{-1.5em}"
     r"\setlength{\itemsep}{0pt}\setlength{\parsep}{1pt}"

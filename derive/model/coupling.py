@@ -50,9 +50,9 @@ class Motor:
 class Coupling:
     """The equation of a coupled joint: joint value = sum(ratio * coordinate) + offset.
 
-    A coordinate is a motor or a joint. If the ratios name the coupled joint itself, this joint also
-    has its own coordinate. If the ratios name another coupled joint, the equation of that joint
-    replaces its name.
+    A coordinate is a motor or a joint. If the ratios contain the name of the coupled joint itself,
+    this joint also has its own coordinate. If the ratios contain the name of another coupled joint,
+    the equation of that joint is substituted.
 
     Attributes:
         joint: Name of the coupled joint.

@@ -130,8 +130,8 @@ class Strut:
 class Drive:
     """A motor that moves a joint through a gear, a rack, a belt or a chain.
 
-    If two motors move one joint, only one drive is actuated. The joint moves the other motor, whose
-    angle is then a passive coordinate.
+    If two motors move one joint, only one drive is actuated. The joint moves the motor of the other
+    drive, and the angle of this motor is a passive coordinate.
 
     Attributes:
         name: Name of the motor coordinate.
@@ -188,7 +188,7 @@ class Mechanism:
     Attributes:
         name: A C identifier, with which all generated names start.
         joints: The joints of the kinematic tree, each after its parent. The ``parent`` of a joint
-            is the body that carries it. The ``link`` of a joint is the body that it moves.
+            is the body that carries it. The ``link`` of a joint is the body that the joint moves.
         actuated: Names of the actuated joints, cylinders and drives, in the order of ``q``.
         closures: Joints that close loops.
         struts: Rods and cylinders, which also close loops.
@@ -202,8 +202,9 @@ class Mechanism:
         tool_frame: Name of the tool frame.
         parameters: The named lengths and angles that occur in dimensions.
         reference: Pairs (name, value) of coordinates and joints (radian or meter), which select the
-            branch of each loop. The default is the middle of the limits for cylinders with limits
-            and for joints whose limits exclude 0, otherwise 0. Values of passive joints may be
+            branch of each loop. The default reference value is the middle of the limits for
+            cylinders with limits and for joints whose limits exclude 0. For other joints and
+            cylinders, the default reference value is 0. Values of passive joints may be
             approximate.
         notes: Changes and assumptions of the file reader.
         transmissions: The transmission errors of coordinates with imperfect drives.

@@ -10,9 +10,9 @@ from .mechanism import Mechanism
 def springs_at_rest(robot: Mechanism) -> Mechanism:
     """Replace passive joints with springs by fixed joints at the rest values of the springs.
 
-    The loops of a robot with stiff springs, such as the leaf springs of a leg, can then be solved
-    without spring forces. In an MJCF model, a passive joint with a spring is a joint with a
-    stiffness and no actuator.
+    With fixed joints instead of stiff springs, such as the leaf springs of a leg, the loops of a
+    robot can be solved without spring forces. In an MJCF model, a passive joint with a spring is a
+    joint with a stiffness and no actuator.
 
     Args:
         robot: A robot with loops, for example from ``read``. Its attribute ``springs`` lists the

@@ -246,8 +246,9 @@ a nominal arm. About one configuration in ten is near a singularity."""
 CONVERGENCE_UNLIKELY = 0.85
 CONVERGENCE_CLEAR = 0.95
 """Limits for the fraction of configurations that Newton's method recovers from the nearest nominal
-solution. Below the first limit, the nominal arm is not used. MIN_CONVERGED is not checked if this
-fraction reaches the second limit and the fraction of nearby configurations reaches MIN_NEARBY."""
+solution. Below the first limit, the nominal arm is not used. The limit MIN_CONVERGED is not checked
+if the recovered fraction reaches CONVERGENCE_CLEAR and the fraction of nearby configurations
+reaches MIN_NEARBY."""
 MIN_NEARBY = 0.5
 """Minimum fraction of random configurations of the true arm that are near a solution of the nominal
 arm. The fraction is 0 if the nominal inverse and the true inverse have different branches."""

@@ -110,8 +110,10 @@ class ModelReport:
         numbers: Number of kinematic parameters in the robot description, including base and tool.
         rank: Number of independent parameters in the robot description: the rank of the tool pose
             Jacobian with respect to the parameters, at random configurations.
-        suitable_numbers: Number of parameters if each joint has its suitable convention.
-        suitable_rank: Number of independent parameters if each joint has its suitable convention.
+        suitable_numbers: Number of parameters if each joint is described by the convention that
+            suits it.
+        suitable_rank: Number of independent parameters if each joint is described by the convention
+            that suits it.
     """
 
     robot: str
@@ -146,10 +148,11 @@ class ModelReport:
         """Return how well each convention describes the first joint of a type after joint 1.
 
         Args:
-            slides: True for the first prismatic joint, False for the first other joint.
+            slides: True for the first prismatic joint, False for the first joint of another type.
 
         Returns:
-            The quality of each compared convention, or () if there is no such joint.
+            The quality of each compared convention for this joint, or () if the robot has no joint
+            of this type after joint 1.
         """
         found = (joint for joint in self.joints if (joint.kind == "prismatic") == slides)
         return next((joint.conventions for joint in found), ())

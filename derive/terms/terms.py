@@ -103,7 +103,7 @@ class Terms:
         """Store a result that is needed repeatedly, such as a pose.
 
         Args:
-            key: Key of the stored result, which contains all values that determine this result.
+            key: Key of the stored result. The key contains all values that determine the result.
             made: Computes the result.
         """
         if key not in self._made:

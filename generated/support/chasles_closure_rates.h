@@ -4,8 +4,8 @@
  *
  * Differentiating the closure equations c(w) = 0 gives c_w w_q = 0, c_w wd = 0, c_w wdd = -(c_w)'
  * wd and c_w (w_q)' = -(c_w)' w_q. In w_q, wd and their derivatives, the rows of the actuated
- * variables are known, and the equations determine the other rows. The columns D_u of the unknown
- * variables are factored only once, in a configuration with closed loops. */
+ * variables are known, and the equations determine the other rows. D_u, the columns of c_w for the
+ * unknown variables, are factored only once, in a configuration with closed loops. */
 
 /* Computes the derivative (W x Q) of all loop variables with respect to the coordinates. */
 static void CLOSURE_NAME(w_D_q)(const CLOSURE_NAME(closed) * s, double *D)
@@ -84,8 +84,9 @@ static void CLOSURE_NAME(w_D_q_q)(const CLOSURE_NAME(closed) * s, const double *
     }
 }
 
-/* Writes the margin, which is the squared ratio between det c_u and its value at the reference
- * configuration. The margin is 0 at a singularity, and NaN if the loops cannot be closed. */
+/* Writes the margin of the loops: the square of the ratio between det c_u and its value at the
+ * reference configuration. The margin is 0 at a singularity, and NaN if the loops cannot be closed.
+ */
 static void CLOSURE_NAME(margin)(const CLOSURE_NAME(closed) * s, double *margin)
 {
     double part = 1.0 / CLOSURE_DETERMINANT;

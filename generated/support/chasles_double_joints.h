@@ -106,9 +106,9 @@ static void chasles_joint_distance(const chasles_double_joints *joints, int i, i
     }
 }
 
-/* The two angles at which g[0] + g[1] cos + g[2] sin is zero. The vectors (1, cos, sin) of the two
- * angles are m + w n and m - w n, where w is the square root of delta. `square` is the squared norm
- * of (g[1], g[2]). */
+/* The two angles t at which g[0] + g[1] cos(t) + g[2] sin(t) is zero. The vectors (1, cos, sin) of
+ * the two angles are m + w n and m - w n, where w is the square root of delta. `square` is the
+ * squared norm of (g[1], g[2]). */
 typedef struct {
     double m[3], n[3], delta, square;
 } chasles_joint_pair;
@@ -122,8 +122,8 @@ static void chasles_joint_solved(const double *g, chasles_joint_pair *pair)
     pair->n[0] = 0.0, pair->n[1] = -g[2] * inverse, pair->n[2] = g[1] * inverse;
 }
 
-/* Computes the two possible angles of each of the other two joints for a given angle of the first
- * joint. */
+/* For a given angle of the first joint, computes the two possible angles of the second joint and
+ * the two possible angles of the third. */
 static void chasles_joint_neighbours(const chasles_double_joints *joints, double cosine,
                                      double sine, chasles_joint_pair *pairs)
 {

@@ -249,8 +249,8 @@ static int chasles_general_by_order(const chasles_general_six *six, const double
 static const double chasles_general_sizes[CHASLES_NUDGES] = {1e-3, 1e-3, 1e-2, 1e-2, 1e-4, 1e-4};
 
 /* Computes a slightly rotated and shifted copy of the pose T. The argument `number` selects the
- * direction of the rotation and of the shift. Every offset has an opposite offset, because the pose
- * T may be at the boundary of the reachable set. */
+ * direction of the rotation and of the shift. For each offset, another `number` gives the opposite
+ * offset, because the pose T may be at the boundary of the reachable set. */
 static void chasles_general_nudged(const double *T, double length, double size, int number,
                                    double *near)
 {
@@ -329,8 +329,8 @@ typedef struct {
 } chasles_general_rest;
 
 /* Finds the configurations with the smallest residuals from many starts, for a pose without a known
- * solution. Such a pose is unreachable, or several of its solutions coincide and convergence is
- * slow. */
+ * solution. A pose without a known solution is unreachable, or several of its solutions coincide
+ * and convergence is slow. */
 static void chasles_general_nearest(const chasles_general_six *six, const double *T,
                                     chasles_general_found *found, chasles_general_rest *rest)
 {

@@ -51,15 +51,15 @@
 #define CHASLES_NOISE 1e-6
 /* For some arrangements of the joint axes, det M is zero for all angles. The entries of M are of
  * order 1. If the largest coefficient of det M is below CHASLES_VANISHED, det M may be a zero
- * polynomial with rounding errors. Such a small det M is accepted if its error, relative to the
- * largest coefficient, is below CHASLES_CLEAN. */
+ * polynomial with rounding errors. A polynomial det M with such small coefficients is accepted if
+ * its error, relative to the largest coefficient, is below CHASLES_CLEAN. */
 #define CHASLES_VANISHED 1e-15
 #define CHASLES_CLEAN 1e-9
 /* A root of det M can belong to a solution only if the residual of the eight equations that contain
  * y is below CHASLES_SOLVES_ALL. In this residual, lengths are divided by the arm length, and
  * squared lengths by the square of the arm length. If the pair contains a prismatic joint, the
- * equations determine the pair only if the smallest pivot of A exceeds CHASLES_TELLS times the
- * largest pivot. */
+ * equations determine both joint values of the pair only if the smallest pivot of A exceeds
+ * CHASLES_TELLS times the largest pivot. */
 #define CHASLES_SOLVES_ALL 1e-4
 #define CHASLES_TELLS 1e-9
 /* If the squared rotation angle [rad^2] is below this value, an arcsine series of third order is
@@ -137,9 +137,10 @@ typedef struct {
     int slides[6];        /* whether each joint of the elimination order is prismatic */
     double factor[8][8];  /* triangular factor of the matrix A */
     double head[3][8][9]; /* coefficients of B in the eight equations that determine y */
-    double rest[3][6][9]; /* coefficients of 1, cos s and sin s in the six equations without y */
-    /* the equations `rest` as polynomials in the half-angle tangent t; the first index stands for
-     * (1, cos s, sin s), the second for (t^2, t, 1) */
+    double rest[3][6][9]; /* coefficients of 1, cos s and sin s in the six equations from which y is
+                             eliminated */
+    /* coefficients of the equations `rest` with the half-angle tangent t: the first index selects
+     * 1, cos s or sin s, the second t^2, t or 1 */
     double form[3][3][6][3];
 } chasles_general_system;
 
@@ -263,8 +264,9 @@ static void chasles_general_loop(const chasles_general_six *six, const chasles_g
     }
 }
 
-/* Computes the fifteen line quantities of the z axis of a frame with origin p and z direction l.
- * The line quantities are p, l, p . p, p . l, p x l, (p . p) l - 2 (p . l) p, and 1. */
+/* Computes the fifteen line quantities of a frame's z axis, where p is the frame's origin and l the
+ * direction of the z axis. The line quantities are p, l, p . p, p . l, p x l, (p . p) l - 2 (p . l)
+ * p, and 1. */
 static void chasles_general_line(const double *C, double *x)
 {
     const double p[3] = {C[3], C[7], C[11]}, l[3] = {C[2], C[6], C[10]};
@@ -279,8 +281,8 @@ static void chasles_general_line(const double *C, double *x)
     x[6] = pp, x[7] = pl, x[14] = 1.0;
 }
 
-/* Computes the line quantities y (see chasles_general_line) of a line after the rigid motion C,
- * from its quantities x before the motion. */
+/* Computes the line quantities y (see chasles_general_line) of a line after the rigid motion C from
+ * the line quantities x before this motion. */
 static void chasles_general_moved(const double *C, const double *x, double *y)
 {
     const double d[3] = {C[3], C[7], C[11]};
@@ -305,9 +307,9 @@ static void chasles_general_moved(const double *C, const double *x, double *y)
     y[14] = x[14];
 }
 
-/* Computes the line quantities of a line that is rotated about z by sign * angle. Each quantity is
- * a linear combination of 1, cos(angle) and sin(angle). The array `parts` receives the coefficients
- * of 1, cos(angle) and sin(angle), in this order. */
+/* Computes the line quantities (see chasles_general_line) of a line that is rotated about z by sign
+ * * angle. Each quantity is a linear combination of 1, cos(angle) and sin(angle). The array `parts`
+ * receives the coefficients of 1, cos(angle) and sin(angle), in this order. */
 static void chasles_general_turned(const double *x, double sign, double (*parts)[15])
 {
     static const int vectors[4] = {0, 3, 8, 11};
@@ -321,8 +323,8 @@ static void chasles_general_turned(const double *x, double sign, double (*parts)
     parts[0][6] = x[6], parts[0][7] = x[7], parts[0][14] = x[14];
 }
 
-/* Computes the coefficients of 1, d and d^2 in the line quantities of a line that is translated by
- * sign * d along z. */
+/* Computes the line quantities of a line that is translated by sign * d along z, as coefficients of
+ * 1, d and d^2. */
 static void chasles_general_slid(const double *x, double sign, double (*parts)[15])
 {
     memset(parts, 0, 3 * sizeof *parts);
@@ -349,8 +351,8 @@ static void chasles_general_parts(int slides, const double *x, double sign, doub
         chasles_general_turned(x, sign, parts);
 }
 
-/* Computes the fourteen equations A y = B(s) x as a matrix with the columns of A, followed by the
- * columns of B. The argument `slides` marks the prismatic joints. */
+/* Computes the matrix [A B] of the fourteen equations A y = B(s) x. The argument `slides` marks the
+ * prismatic joints. */
 static void chasles_general_rows(const double (*C)[12], const int *slides, double (*S)[36])
 {
     double inverse[12], x[15], y[15], one[3][15], two[3][15], three[3][15];

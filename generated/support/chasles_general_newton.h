@@ -31,8 +31,8 @@ typedef struct {
     int is_over;    /* whether the iteration has ended */
 } chasles_general_iterate;
 
-/* Computes the coordinates of all joints of the robot (rad, m) from those of the unknown joints.
- * The argument `q` contains the unknown prismatic coordinates divided by `length` (m). */
+/* Computes the coordinates (rad, m) of all joints from the coordinates of the unknown joints. The
+ * argument `q` contains the unknown prismatic coordinates divided by `length` (m). */
 static void chasles_general_all_joints(const chasles_general_six *six, const double *q,
                                        double length, double *all)
 {
@@ -374,8 +374,9 @@ static void chasles_general_normalise(double *x)
         x[k] /= sqrt(squares);
 }
 
-/* Moves a point onto the self-motion curve. On the self-motion curve, the pose error is parallel to
- * the vector u of each point. Returns whether the correction onto the curve converged. */
+/* Moves a point onto the self-motion curve. At each point of the self-motion curve, the pose error
+ * is parallel to the vector u of this point. Returns whether the correction onto the curve
+ * converged. */
 static int chasles_general_onto_curve(const chasles_general_six *six, const double *T,
                                       chasles_general_walk_point *point)
 {
@@ -423,9 +424,9 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Follows the self-motion curve in one direction. Stores the points where the remaining pose error
- * changes its sign or has a minimum, as start configurations for Newton's iteration. Returns the
- * number of start configurations. */
+/* Follows the self-motion curve in one direction. Newton's iteration starts from the curve points
+ * where the remaining pose error changes its sign or has a minimum, which are stored in `iterates`.
+ * Returns the number of start configurations. */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
                                 chasles_general_iterate *iterates, int most)

@@ -1,11 +1,12 @@
 /* Finds every assembly mode of a platform on six rods. This file is part of chasles and is the same
  * for every robot.
  *
- * Path tracking starts from a platform with other rods (the start rods), whose complex poses are
- * all known. Path tracking follows the complex poses while the rods change from the start rods to
- * the current rods. The real poses for the current rods are the assembly modes. If the rods end in
- * three double joints, the zeros of a polynomial give the assembly modes. With three double joints,
- * path tracking runs only if the number of assembly modes is uncertain. */
+ * Path tracking starts from a platform with other rods (the start rods). All complex poses of this
+ * platform are known. Path tracking follows the complex poses while the rods change from the start
+ * rods to the current rods. The real poses for the current rods are the assembly modes. If the rods
+ * end in three double joints, the zeros of a polynomial give the assembly modes. For platforms with
+ * three double joints, path tracking runs only if the polynomial leaves the number of assembly
+ * modes uncertain. */
 #ifndef CHASLES_HEXAPOD_H
 #define CHASLES_HEXAPOD_H
 
@@ -102,8 +103,8 @@ static int chasles_hexapod_ended(const chasles_hexapod_end *end)
     return end->t > 1.0 - CHASLES_PATH_ALMOST;
 }
 
-/* Marks the paths that must be repeated with smaller Newton corrections. A path is repeated if it
- * did not reach its end, or if its end coincides with the end of another path. */
+/* Selects the paths that must be tracked again with smaller Newton corrections. A path is repeated
+ * if it did not reach its end, or if its end coincides with the end of another path. */
 static int chasles_hexapod_again(const chasles_hexapod_end *ends, int count, int *which)
 {
     int again = 0;
@@ -153,8 +154,8 @@ static int chasles_hexapod_real(const chasles_hexapod_end *end, chasles_hexapod_
     return 1;
 }
 
-/* Computes the errors of the rod lengths and their Jacobian. For each rod, the Jacobian has the row
- * (n, r x n), with the rod direction n and the lever arm r of the platform end. Returns the largest
+/* Computes the errors of the rod lengths and their Jacobian. The row of each rod is (n, r x n),
+ * with the rod direction n and the lever arm r of the rod's platform end. Returns the largest
  * absolute error of the rod lengths. */
 static double chasles_hexapod_excess(const chasles_hexapod_platform *platform,
                                      const chasles_hexapod_rods *rods,
@@ -354,8 +355,8 @@ static int chasles_hexapod_ends(const chasles_hexapod_platform *platform,
     return lost + chasles_hexapod_unpaired(ends, paths);
 }
 
-/* Inserts a new assembly mode into the list of modes, which is sorted by height, the highest
- * platform first. Returns the number of assembly modes. */
+/* Inserts a new assembly mode into the list of modes, which is sorted by the height of the
+ * platform, highest first. Returns the number of assembly modes. */
 static int chasles_hexapod_added(const chasles_hexapod_mode *mode, chasles_hexapod_mode *modes,
                                  int count)
 {

@@ -118,8 +118,9 @@ static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
     value->im = at->im + *t * change->im;
 }
 
-/* Computes the coefficients of the rod equations at a path parameter. The first call must set
- * `all`, and later calls update only the coefficients that change along the path. */
+/* Computes the coefficients of the rod equations at a path parameter. The first call for a path
+ * must set the argument `all`. Without `all`, only the coefficients that change along the path are
+ * updated. */
 static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasles_vector *t,
                                    int all, chasles_hexapod_place *place)
 {
@@ -167,8 +168,8 @@ static inline void chasles_hexapod_gradient(const chasles_hexapod_lanes *M,
 }
 
 /* Computes half the Jacobian of the equations. The last column of `a` contains the values of the
- * equations, times -1/2. The last row of `a` makes steps orthogonal to the pose `of`, because only
- * the direction of a pose vector matters. */
+ * equations, times -1/2. The last row of `a` makes Newton steps orthogonal to the pose vector in
+ * the argument `of`, because only the direction of a pose vector matters. */
 static void chasles_hexapod_newton(const chasles_hexapod_place *place,
                                    const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
                                    chasles_hexapod_lanes (*a)[CHASLES_SOMA + 1])

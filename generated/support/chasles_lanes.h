@@ -275,7 +275,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
     }
     sine = LANES_FMA(y * z, sine, y);
     cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
-    /* Restores the sign of the sine of -0, which the polynomial sum has lost. */
+    /* Restores the sign of sin(-0) = -0, which the polynomial sum has lost. */
     const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
     const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
     const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;

@@ -19,8 +19,8 @@ typedef struct {
 
 /* Selects in each SIMD lane the solution that is nearest to the seed, without regard to the limits.
  * `found` receives the coordinates of the selected solution (shifted by full turns towards the
- * seed), its residual and its margin. The function writes the distance of the selected solution
- * from the seed to `least`. The lowest bits of this distance are replaced by the index of the
+ * seed), its residual and its margin. `least` receives the distance between the selected solution
+ * and the seed. The lowest bits of the distance in `least` are replaced by the index of the
  * solution slot. `is_inside` becomes 1 in lanes whose solution is within the limits, otherwise 0.
  *
  * `slots` contains SIMD vectors: n coordinates for each of the k solution slots, then k residuals

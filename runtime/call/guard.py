@@ -22,9 +22,9 @@ class Guard:
 
     Attributes:
         label: Robot and function.
-        margin: Function from the first input to one margin for each solution step of the loops:
-            sin^2 of the transmission angle. The margin is positive for a closed loop and 0 at a
-            dead point.
+        margin: Function that maps the first input to one margin for each solution step of the
+            loops. Each margin is sin^2 of a transmission angle. The margin is positive for a closed
+            loop and 0 at a dead point.
         steps: The loop of each solution step.
         coordinates: The coordinates in the first input, with names and units.
         dead_point: Largest margin that counts as a dead point.

@@ -114,7 +114,8 @@ def call_in_parts(
 ) -> Any:
     """Call a function on the parts of a batch; Ctrl-C ends the call after the current part.
 
-    `cores` counts core dimensions of each operand, and `cost` counts operations per row.
+    `cores` contains the number of core dimensions of each operand, and `cost` is the number of
+    operations per row.
     """
     leads = [x.ndim - core for x, core in zip(operands, cores, strict=True)]
     if not any(leads):
@@ -222,7 +223,8 @@ def _start_threads(pool: ThreadPoolExecutor) -> None:
 def _forget_pool() -> None:
     """Drop the pool in a forked child.
 
-    The pool has no threads there, and its lock may be held.
+    After a fork, the pool of the child process has no threads, and the lock of the pool may be
+    held.
     """
     global _pool, _pool_lock
     _pool, _pool_lock = None, threading.Lock()

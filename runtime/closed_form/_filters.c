@@ -83,7 +83,7 @@ typedef struct {
     npy_intp count;
 } Limits;
 
-/* Returns k for the first value q + 2 pi k that write_turns writes. */
+/* Returns the number k of full turns in the first value q + 2 pi k that write_turns writes. */
 static double first_turn(const Limits *limits, npy_intp j, double q)
 {
     if (limits->turn[j] == 0) {

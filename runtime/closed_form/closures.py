@@ -156,8 +156,8 @@ class LoopMethods(NewtonMethods):
 
         A revolute leg has two branches, so that k is 8 for three legs. A linear leg has one branch
         with margin 1. `margin` is the smallest leg margin. `residual` is 0 if `fk(q)` is the pose,
-        otherwise infinite. `other_mode` is True for slots that reach the pose in another assembly
-        mode than the mode of `fk(q)`.
+        otherwise infinite. `other_mode` is True for solution slots whose assembly mode at the pose
+        differs from the assembly mode of `fk(q)`.
         """
         if "actuators_all" in self.functions:
             q, closes, margin = self.actuator_branches(x)

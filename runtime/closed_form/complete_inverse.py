@@ -54,7 +54,7 @@ class CompleteInverse:
     ) -> Solutions:
         """Return all solutions, even at degenerate fixed values.
 
-        Added slots have empty labels.
+        Slots for additional solutions have empty labels.
         """
         batch, kind = solutions.valid.shape[:-1], type(solutions)
         at = np.stack(np.broadcast_arrays(*(values[name] for name in self.names)), -1)

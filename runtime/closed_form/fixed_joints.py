@@ -165,7 +165,7 @@ class FixedJoints:
 def derived_inverse(
     manifest: Manifest, robot_of: Callable[[Manifest], Any], names: tuple[str, ...], function: str
 ) -> Function[Solutions]:
-    """Return an IK function with fixed joints, derived first if it is not in the cache."""
+    """Return the IK function for fixed joints from the cache, or derive the function first."""
     origin = description_of(manifest.folder)
     if origin is None:
         raise DerivationError(

@@ -122,12 +122,12 @@ class NearestMethods(RobotFacts):
                 array (..., 4, 4) is read as poses if the last row of every matrix is 0, 0, 0, 1.
             q_seed: (..., n) coordinates [rad or m] near the solution. `q_seed` may exceed limits.
             task: The part of the pose that the tool must reach: "pose" (the whole pose),
-                "position", "position_pitch", "position_direction" or "planar"; see `ik_path`. If a
-                part leaves coordinates undetermined, these coordinates are 0.
-            fixed: Joints that must not move, for `task="pose"`: names or indices of joints that
-                keep their values at `q_seed`, or a mapping from names to values () or (...). For
-                joints outside `robot.redundancy`, the first call derives an inverse kinematics
-                function in seconds.
+                "position", "position_pitch", "position_direction" or "planar"; see `ik_path`.
+                Coordinates that the task leaves undetermined are 0.
+            fixed: Joints that must not move (only with `task="pose"`): names or indices of joints
+                that keep their values at `q_seed`, or a mapping from joint names to values () or
+                (...). For joints outside `robot.redundancy`, the first call derives an inverse
+                kinematics function in seconds.
             limits: "robot" (the limits of the robot), None for no limits, or (n, 2) lower and upper
                 limits [rad or m]. The robot's limits of coupled and passive joints also apply,
                 unless `limits` is None. Coordinates that exceed a limit by rounding are clipped.

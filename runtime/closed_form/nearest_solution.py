@@ -110,7 +110,7 @@ class Moves:
     def with_fixed(self, fixed: tuple[int, ...], *, free: bool = False) -> Moves:
         """Return a copy for fixed coordinates.
 
-        Their weights become 0 unless `free` is True.
+        The weights of the fixed coordinates become 0 unless `free` is True.
         """
         scale, turn = self.scale.copy(), self.turn.copy()
         turn[list(fixed)] = 0.0

@@ -48,7 +48,8 @@ class JointPath:
             if the branch continues beyond a limit.
         coordinate: The coordinate that jumps or exceeds a limit, otherwise "". For a coupled arm,
             `coordinate` may be the name of a joint.
-        next_value: Value that `coordinate` would need for the next pose. NaN if complete.
+        next_value: Value that `coordinate` would need for the next pose, or NaN if the path is
+            complete.
         min_margin: The smallest margin on the path. NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with the smallest margin. -1 if no pose was reached.
@@ -155,17 +156,15 @@ class InverseMethods(RobotFacts):
             q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
                 limits.
             task: The part of each pose that the tool must reach, for arms with fewer than six
-                joints. If a part leaves coordinates undetermined, these coordinates are 0.
-                "pose": the whole pose.
-                "position": the origin of the tool frame.
-                "position_pitch": the origin, and the elevation of the tool's z axis above the
-                    x-y plane of the base.
-                "position_direction": the origin, and the direction of the tool's z axis.
-                "planar": x, y, and the angle of the tool's x axis in the base x-y plane.
-            fixed: Joints that must not move, for `task="pose"`: names or indices of joints that
-                keep their values at `q_seed`, or a mapping from names to values () or (m,). For
-                joints outside `robot.redundancy`, the first call derives an inverse kinematics
-                function in seconds.
+                joints. Coordinates that the task leaves undetermined are 0. "pose": the whole pose.
+                "position": the origin of the tool frame. "position_pitch": the origin, and the
+                elevation of the tool's z axis above the x-y plane of the base.
+                "position_direction": the origin, and the direction of the tool's z axis. "planar":
+                x, y, and the angle of the tool's x axis in the base x-y plane.
+            fixed: Joints that must not move (only with `task="pose"`): names or indices of joints
+                that keep their values at `q_seed`, or a mapping from joint names to values () or
+                (m,). For joints outside `robot.redundancy`, the first call derives an inverse
+                kinematics function in seconds.
             redundancy: How to select the parameters in `robot.redundancy` of a redundant robot.
                 "fixed" keeps their values at `q_seed`. "nearest", "limits" and "manipulability"
                 select new values at each pose, with the objectives of `ik_nearest`. These

@@ -41,7 +41,7 @@ _LONGEST = 1.0
 
 
 class DescentStarts(NamedTuple):
-    """Start configurations q (M, n) on both sides of saddles, with their input rows `row` (M,)."""
+    """Start configurations q (M, n) on both sides of saddles, with input row indices `row` (M,)."""
 
     row: IntArray
     q: FloatArray
@@ -110,7 +110,7 @@ class Refinement:
         # An exact translation may look rounded. A tolerance for rounded poses would then accept a
         # solution for a different pose.
         is_doubtful = np.asarray(enough > SOLVED * self.judged)
-        # For a task that prescribes only a part of the pose, this test is always False.
+        # For a task that prescribes only a part of the pose, `is_doubtful` is always False.
         if is_doubtful.any():
             is_doubtful[is_doubtful] = self._is_at_right_angles(targets[is_doubtful])
         asked = np.where(is_doubtful, SOLVED * self.judged, enough)
@@ -277,8 +277,9 @@ class Refinement:
     ) -> None:
         """Refine q (N, n) for targets (N, ...) with one joint fixed at a time.
 
-        Each joint marked in ``turning`` (N, n) is fixed at values over a full turn. If the joint
-        were free, a self-motion would dominate each step without reducing the error.
+        Each joint that is True in the mask ``turning`` (N, n) is fixed at several angles, evenly
+        spaced over a full turn. If the joint were free, a self-motion would dominate each step
+        without reducing the error.
         """
         values = np.arange(_VALUES) * (2 * np.pi / _VALUES)
         for joint in np.flatnonzero(turning.any(0)).tolist():
@@ -363,7 +364,7 @@ def refinement_of(
     unit: float = 1.0,
     judged: float = 1.0,
 ) -> Refinement | None:
-    """Return the refinement of the solutions of an IK function, or None if they are not refined."""
+    """Return the refinement for an IK function, or None for a function without refinement."""
     jacobian = manifest.with_role("pose and jacobian", "actuators")
     if not (
         info.role.is_inverse and (info.role.domain == "pose" or info.role.components) and jacobian

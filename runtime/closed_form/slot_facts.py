@@ -29,7 +29,7 @@ def moved_inside(
 ) -> tuple[FloatArray, BoolArray]:
     """Return q (..., n) and valid.
 
-    Full turns move q into the limits and near q_seed.
+    Full turns are added to q so that q is within the limits and near q_seed.
     """
     rows, judged = q.reshape(-1, 1, q.shape[-1]), np.where(valid, 0.0, np.inf).reshape(-1, 1)
     seeds = np.broadcast_to(q_seed, q.shape).reshape(-1, q.shape[-1])

@@ -1,8 +1,8 @@
 """Inverse kinematics solutions, stored in fixed slots, and the filters for them.
 
-Each solution slot belongs to one branch of the inverse kinematics function, for every pose. The
-pose may be out of reach on the branch. `labels` describes the branches. Filters change `valid` and
-do not move solution slots. Each filter returns Solutions, so filters can be applied in sequence:
+For all poses, a solution slot belongs to the same branch of the inverse kinematics function. A pose
+may be out of reach on a branch. `labels` describes the branches. Filters change `valid` and do not
+move solution slots. Each filter returns Solutions, so filters can be applied in sequence:
 
     robot.ik(T).within_limits().distinct().sorted_by_distance(q_seed)
 """
@@ -64,8 +64,8 @@ class Solutions(Fields):
             where `angle` is the rotation error. The residual is infinite in another assembly mode
             (see `other_mode`).
         margin: (..., k) smallest margin of the solution steps: 0 at the workspace boundary,
-            negative outside. For a general arm, the distance from a singularity, or the negative
-            residual in an unsolved slot.
+            negative outside. For a general arm, `margin` is the distance from a singularity, or the
+            negative residual in an unsolved slot.
         valid: (..., k) whether the slot holds a solution that no filter has removed. The residual
             of a solution is at most `tolerance`. For a rounded pose, the maximum residual is 10
             `unit_length` times the rounding error of the pose. The rounding error is

@@ -278,7 +278,7 @@ def _entries(T: FloatArray) -> FloatArray:
 
 
 def starts(robot: RobotFacts, start_set: int) -> FloatArray:
-    """Return q (m, n) within the ranges and with closed loops.
+    """Return start configurations q (m, n) within the coordinate ranges and with closed loops.
 
     `start_set` is the random seed.
     """

@@ -82,9 +82,9 @@
 #define LM_LONGEST_STEP 1.0
 #define LM_SHORTEST_STEP 1e-15
 
-/* Minimum relative reduction of the squared error per step. Two consecutive smaller reductions end
- * an attempt. With LM_HASTY_GAIN, an attempt ends early. With LM_PATIENT_GAIN, an attempt ends at
- * the minimum error. */
+/* Minimum relative reduction of the squared error per step. An attempt ends after two consecutive
+ * steps with smaller reductions. With LM_HASTY_GAIN, an attempt ends early. With LM_PATIENT_GAIN,
+ * an attempt ends at the minimum error. */
 #define LM_HASTY_GAIN 0.2
 #define LM_PATIENT_GAIN 1e-12
 

@@ -160,12 +160,13 @@ class ManipulabilityMethods(LengthMethods):
     ) -> Ellipsoid:
         """Return the ellipsoid of forces and torques at the tip, for joint torques of unit norm.
 
-        The axes of `velocity_ellipsoid` are also the axes of the force ellipsoid. The semi-axes are
-        the reciprocals, or inf at a singularity. "linear" components are forces without a torque,
-        with semi-axes in 1/m (N per N m). "angular" components are torques without a force. For
-        "all", the components are (force * characteristic length, torque). The force of a prismatic
-        joint, multiplied by the characteristic length, counts as a torque. Arguments, result and
-        errors are as for `velocity_ellipsoid`.
+        The axes of `velocity_ellipsoid` are also the axes of the force ellipsoid. The semi-axes of
+        the force ellipsoid are the reciprocals of those of `velocity_ellipsoid`, or inf at a
+        singularity. "linear" components are forces without a torque, with semi-axes in 1/m (N per N
+        m). "angular" components are torques without a force. For "all", the components are (force *
+        characteristic length, torque). The force of a prismatic joint, multiplied by the
+        characteristic length, counts as a torque. Arguments, result and errors are as for
+        `velocity_ellipsoid`.
         """
         metric = self._metric("force_ellipsoid", components, characteristic_length)
         velocity = self._ellipsoid(q, metric, components)

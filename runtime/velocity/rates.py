@@ -140,7 +140,8 @@ class VelocityMethods(ManipulabilityMethods):
             acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2], by default
                 unlimited. Acceleration limits also require `qd_previous` and `dt`.
             qd_previous: (..., n) joint rates of the previous time step [rad/s or m/s].
-            dt: (...) time step [s]. With `dt`, no joint exceeds its position limits in this time.
+            dt: (...) time step [s]. If `dt` is given, no joint exceeds its position limits within
+                this time step.
             fixed: Names or indices of coordinates with the rate 0. A main-chain joint selects the
                 coordinate that moves this joint.
             damping_threshold: The dimensionless singular value below which a direction is damped.
@@ -204,7 +205,7 @@ class VelocityMethods(ManipulabilityMethods):
                 (`acceleration_body`) or "mixed" (`acceleration_mixed`).
             components: The controlled components of A at the tip, as in `joint_rates`.
             acceleration_limits: (..., n) or () maximum |qdd| [rad/s^2 or m/s^2]; by default
-                unlimited. A coordinate with the limit 0 keeps its rate exactly.
+                unlimited. A coordinate with the acceleration limit 0 keeps its rate exactly.
             fixed: Names or indices of coordinates with the acceleration 0, as in `joint_rates`.
             damping_threshold: The dimensionless singular value below which a direction is damped.
             characteristic_length: The length [m] that scales radians to meters, by default

@@ -32,7 +32,7 @@ class Determinants(NamedTuple):
 
 
 class SingularityDistance(NamedTuple):
-    """Distances to singularities, as multiples of a direction vector; inf if none is found.
+    """Distances to singularities, as multiples of a direction vector, or inf without a singularity.
 
     Attributes:
         type_1: (...,) distance to a pose at which a leg is stretched or folded.
@@ -145,7 +145,7 @@ def _determinant(J: FloatArray) -> FloatArray:
 
 
 def _brackets(changes: BoolArray, s: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return lower ends, upper ends and row indices for the first change in each row, if any."""
+    """Return the bounds and row indices of the first change in each row that has a change."""
     rows = np.flatnonzero(changes.any(1))
     part = changes[rows].argmax(1)
     return s[part], s[part + 1], rows

@@ -98,8 +98,8 @@ class TrackMethods(ManipulabilityMethods):
         deviates from the path only at singularities and limits, and returns to the path afterwards.
         A redundant robot moves its joints as little as possible.
 
-        At a wrist singularity, joints rotate at their maximum rates, so that such a path needs rate
-        limits. The manual page "Follow a path by joint rates" describes damping and errors.
+        A path through a wrist singularity needs rate limits, because joints rotate at their maximum
+        rates there. The manual page "Follow a path by joint rates" describes damping and errors.
 
         Args:
             T: (m, 4, 4) tool poses in the base frame, at time intervals `dt`. Deviations from rigid

@@ -40,7 +40,7 @@ def trial(number: int) -> Outcome:
 
 
 def differences(robot: SerialRobot, conversion: Conversion, draw: Random) -> dict[str, float]:
-    """Return the largest pose differences of a robot from its saved file and its CSV table."""
+    """Return the largest pose differences of a robot from its saved file and from its CSV table."""
     form = conversion.format
     with TemporaryDirectory() as folder:
         path = Path(folder) / ("arm.urdf" if form == "urdf" else "arm.toml")

@@ -8,8 +8,9 @@ trials, the solver for arms without special structure also solves the poses of s
 
 Stricter rules apply to arms with errors of at most 3 mm and 3 mrad. The inverse of these arms must
 return each solution only once. The solutions must contain every configuration whose Jacobian has
-singular values above 1e-3, also at joint angles that are multiples of 90 degrees. For some poses,
-the solutions must include every nonsingular solution that multi-start Newton iteration finds.
+only singular values above 1e-3, also at joint angles that are multiples of 90 degrees. For some
+poses, the solutions must include every nonsingular solution that multi-start Newton iteration
+finds.
 """
 
 from math import ceil

@@ -25,7 +25,8 @@ ROBOTS = ("ur5e", "panda", "puma560", "excavator", "planar_3rrr", "jaco2")
 """Names of the tested robots, of which planar_3rrr and jaco2 use inverse kinematics solvers in the
 shared C files."""
 IN_CUDA = ROBOTS[:4]
-"""Robots with tested CUDA kernels, whose inverse kinematics has no iterative solver."""
+"""Robots whose CUDA kernels are tested. The inverse kinematics of these robots has no iterative
+solver."""
 RIGHT_ANGLES = 2_000
 PLUGINS = ("ur5e", "panda", "puma560")
 """Robots whose MoveIt plugin is compared with the C functions."""
@@ -146,8 +147,9 @@ def in_octave(robot: chasles.Robot, folder: Path, rng: np.random.Generator) -> l
 def difference(found: np.ndarray, expected: np.ndarray) -> float:
     """Compare two arrays.
 
-    Returns the largest relative difference between the two arrays. If only one of two compared
-    values is NaN or infinite, the returned difference is infinite.
+    Returns the largest difference between the two arrays, relative for values above 1 and otherwise
+    absolute. If only one of two compared values is NaN or infinite, the returned difference is
+    infinite.
     """
     is_same = (found == expected) | (np.isnan(found) & np.isnan(expected))
     relative = np.abs(found - expected) / np.maximum(1, np.abs(expected))

@@ -68,7 +68,7 @@ def judgement(arm: FieldArm, folder: Path, random: int, right: int, seed: int) -
 
 
 def own(case: FieldCase, q: np.ndarray) -> Answers:
-    """Solve the inverse kinematics for the poses of configurations (m, n) with chasles."""
+    """Use chasles to solve the inverse kinematics for the tool poses at configurations (m, n)."""
     found = case.robot.ik(case.pose(q), fixed=fixed_values(case.robot, case.others(q)))
     return Answers(found.q, found.valid)
 

@@ -34,8 +34,8 @@ SHIM = Path(__file__).parents[1] / "support" / "native" / "any_arm.c"
 PATTERNS = tuple(map("".join, product(LINKS, repeat=5)))
 STRIDE = 9
 POSES = 1000
-"""Number of random configurations per arm, in addition to a third as many configurations at
-multiples of 90 degrees."""
+"""Number of random configurations per arm. Each arm is also tested at a third as many
+configurations with multiples of 90 degrees."""
 SLOTS = 16
 SAME, REACHED, REGULAR = 1e-6, 1e-8, 1e-5
 """Maximum joint error (radian or meter) of a recovered configuration. Maximum residual (meter or
@@ -135,7 +135,7 @@ def _arm_of(tables: GeneralArm) -> Arm:
 
 
 def _found(q: np.ndarray, given: tuple[int, ...], slides: Collection[int]) -> Found:
-    """Solve the inverse kinematics for the poses of configurations (m, n).
+    """Solve the inverse kinematics for the tool poses at configurations (m, n).
 
     Counts unsolved poses, and nonsingular configurations that are not among the solutions.
     """

@@ -95,7 +95,7 @@ def judged(mechanism: Mechanism, rng: np.random.Generator) -> Judged:
 
 
 def _around(robot: chasles.Robot, rng: np.random.Generator) -> np.ndarray:
-    """Return random coordinates (POSES, n) within a tenth of the limit range from the reference."""
+    """Return random coordinates (POSES, n) that are within 0.1 limit ranges of the reference."""
     limits = np.array([(c.lower, c.upper) for c in robot.coordinates], dtype=float)
     span = np.where(np.isfinite(limits).all(-1), limits[:, 1] - limits[:, 0], np.pi)
     return robot.reference.q + 0.1 * span * rng.uniform(-1, 1, (POSES, robot.n))

@@ -35,8 +35,8 @@ REACH = {"rad": 0.5, "m": 0.08}
 FOLLOWED = 20
 """Number of actuator inputs at which ``fk`` is compared with Newton's method."""
 AGREE = 1e-9
-"""Maximum pose difference from Newton's method (position relative to the robot size, rotation
-matrix entries)."""
+"""Maximum difference between poses of ``fk`` and of Newton's method (position relative to the robot
+size, rotation matrix entries)."""
 KINDS = LEG_KINDS | MACHINE_KINDS | GUIDED_KINDS
 EQUAL_LEGS = {f"{n}-{leg}": (leg,) * n for n, of in ((3, FLAT), (6, SPATIAL)) for leg in of}
 """Leg types of platforms whose legs are all of the same type, keyed by title."""

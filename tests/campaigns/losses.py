@@ -3,8 +3,8 @@
 Each inverse kinematics function of a random arm solves poses at random coordinates, at multiples of
 90 degrees and near these multiples. Each pose must have a solution, and every solution must reach
 its pose. CasADi evaluates the derived equations, so the test compiles no C code. Poses that ``ik``
-solves only after refinement are also counted. The campaign ``general`` tests six-joint arms that
-belong to no closed-form family, because these arms need compiled C code.
+solves only after refinement are also counted. Six-joint arms that belong to no closed-form family
+need compiled C code, so the campaign ``general`` tests these arms.
 """
 
 from collections.abc import Iterator
@@ -63,7 +63,7 @@ class Loss:
 
 
 def trial(number: int) -> Outcome:
-    """Test each inverse of one random arm, with random fixed joints in odd-numbered trials."""
+    """Test each IK function of a random arm, with random fixed joints in odd-numbered trials."""
     try:
         arm = random_arm(number)
         cases = cases_for_given(arm, number) if number % 2 else cases_of(arm)
@@ -99,7 +99,7 @@ def sets(case: Derived, rng: np.random.Generator) -> Iterator[tuple[Derived, Pos
 
 
 def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
-    """Return coordinates (m, n): multiples of 90 degrees, or round values of prismatic joints."""
+    """Return configurations (m, n) of multiples of 90 degrees and round prismatic joint values."""
     n = case.robot.n
     values = [
         [0.0] if k in case.free else QUARTERS if case.turns[k] else ROUND_SLIDES for k in range(n)
@@ -111,7 +111,7 @@ def right_angles(case: Derived, rng: np.random.Generator) -> np.ndarray:
 
 
 def determines(case: Derived) -> bool:
-    """Test whether the inverse kinematics task of a case has finitely many solutions."""
+    """Test whether the inverse kinematics task of a test case has finitely many solutions."""
     rows = case.jacobian(np.zeros((1, case.robot.n))).shape[-2]
     inputs = [name for name in case.given if name in case.robot.functions]
     return len(case.solved) <= rows + len(inputs)

@@ -172,7 +172,7 @@ def _silent(
 
 
 def _slots(verdict: Verdict, robot: chasles.Robot, drawn: DrawnMechanism, q: np.ndarray) -> None:
-    """Count faults of the inverse kinematics function at the poses of configurations (N, n)."""
+    """Count faults of the IK function at the tool poses of configurations (N, n)."""
     if hasattr(robot, "ik") and not robot.redundancy and len(q):
         verdict.faults.update(slot_faults(robot, drawn.mechanism, q))
 
@@ -217,7 +217,7 @@ def _count(
     labels: tuple[str, ...],
     modes: list[list[dict[str, float]]],
 ) -> None:
-    """Match the branches of each input one to one with the modes that Newton's method finds."""
+    """Match each input's branches one to one with the assembly modes that Newton's method finds."""
     (known, values), (names, (branches, valid, margin)) = given, found
     verdict.faults["unlabelled"] += int(len(set(labels)) < len(labels) or not all(labels))
     for row, of in enumerate(modes):

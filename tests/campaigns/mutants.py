@@ -39,8 +39,8 @@ class Finding:
     Attributes:
         mutant: The mutant.
         cleaning: Summary of the numbers that noise removal snapped to exact values.
-        excess: Ratio of the maximum pose difference to the stated pose error, which is too small if
-            the ratio exceeds 1.
+        excess: Ratio of the maximum pose difference to the stated pose error. If the ratio exceeds
+            1, the stated pose error is too small.
         kept: Whether the mutated robot keeps the structure and the solution method of the original
             robot.
         missed: Description of the violated structural conditions.
@@ -114,7 +114,7 @@ def classified(robot: SerialRobot) -> Classification:
 
 
 def judged(mutant: Mutant, robot: SerialRobot, wanted: Classification, path: Path) -> Finding:
-    """Compare the structure of a modified arm with the original, and its poses with Pinocchio."""
+    """Compare a mutated arm's structure with the original arm, and its poses with Pinocchio."""
     found = classified(robot)
     kept = (_name(found.found), found.method) == (_name(wanted.found), wanted.method)
     missed = "" if kept or wanted.found is None else in_words(found, wanted.found)

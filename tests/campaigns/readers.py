@@ -52,10 +52,10 @@ Mutation = Callable[[bytes, random.Random], bytes]
 
 @dataclass(frozen=True)
 class Reader:
-    """A function that reads files, and its valid test files.
+    """A function that reads files, and valid test files for this function.
 
     Attributes:
-        name: Name of the read function in the printed table.
+        name: Name of the file-reading function in the printed table.
         files: Number of mutated files per trial.
         file: Name of the file that is read.
         corpus: Valid files.

@@ -1,7 +1,7 @@
 """Reads and derives mutated robot files and random arms with round numbers.
 
-Reading or deriving must end within the time limit, with a robot or a chasles error. An error
-message about a file must contain the name of the file.
+Reading a file or deriving a robot must end within the time limit, with a robot or a chasles error
+as the result. An error message about a file must contain the name of the file.
 """
 
 import random
@@ -23,7 +23,8 @@ from tests.support.generators.round_arms import round_arm
 from .campaign import Campaign, Outcome
 
 READ, DERIVED, ARMS = 200, 2, 6
-"""Numbers of mutated files to read, mutated files to derive and random arms to derive per trial."""
+"""Numbers per trial of mutated files to read, of mutated files to derive, and of random arms to
+derive."""
 READ_SECONDS, DERIVE_SECONDS = 40.0, 200.0
 """Time limits for reading a robot file and for deriving a robot [s]."""
 KEPT = Path(__file__).parents[2] / "build" / "robust"

@@ -53,7 +53,8 @@ TRIALS_OF_A_SEED + k``."""
 LONGEST = 900.0
 """Time limit of a trial in seconds."""
 QUICK_FLAGS = "-O1"
-"""Compiler flags of most trials, which make compilation twice as fast as the default flags."""
+"""Compiler flags of most trials. Compilation with these flags is twice as fast as with the default
+flags."""
 USER_FLAGS_EVERY = 5
 """Trials whose number is a multiple of this value compile the robot with the default compiler
 flags."""
@@ -132,8 +133,8 @@ def run(
 def _next(tallies: dict[str, Tally], started: Counter[str], *, is_over: bool) -> str | None:
     """Return the campaign of the next trial, or None if no trial may start.
 
-    A campaign without a started trial comes first. When the time is over, no campaign starts a
-    further trial. Before that time, the campaign with the least used time is next.
+    Campaigns without a started trial come first, even if the total time is over. Otherwise, until
+    the total time is over, the campaign with the least used time is next.
     """
     new = [name for name in tallies if not started[name]]
     if new:

@@ -1,4 +1,4 @@
-"""Searches for poses that the inverses of random arms with a known axis structure miss.
+"""Searches for poses that the IK functions of random arms with a known axis structure miss.
 
 Each arm has a prescribed axis structure, and its lengths and angles are random decimals. The
 campaign ``losses`` tests arms with random round numbers, which rarely have a known axis structure.
@@ -28,7 +28,7 @@ STRUCTURES = (
 
 
 def trial(number: int) -> Outcome:
-    """Test each inverse of one arm, whose skew axes are at right angles or at random angles."""
+    """Test each IK function of an arm whose skew axes are at right angles or at random angles."""
     turn, index = divmod(number, 2 * len(STRUCTURES))
     chain, right = STRUCTURES[index // 2], bool(index % 2)
     if turn % 3 == 2:

@@ -82,7 +82,7 @@ def measured(robot, random: np.random.Generator) -> tuple[dict[str, float], list
 
 
 def _same(read: np.ndarray, points: np.ndarray) -> bool:
-    """Test whether target positions agree to the last digit, where unseen targets are NaN."""
+    """Test whether target positions, with NaN for unseen targets, agree to the last digit."""
     return np.allclose(read, points, rtol=0, atol=DIGITS["points"], equal_nan=True)
 
 

@@ -1,4 +1,4 @@
-"""A group of files is written completely, or every path keeps its content."""
+"""Either all files of a group are written completely, or no file changes."""
 
 import os
 

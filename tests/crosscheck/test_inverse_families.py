@@ -59,12 +59,13 @@ SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
 elbow of three concurrent axes."""
 PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
 WRISTED = {"R/R=R": False, "R=R=P": True, "P=R=R": True}
-"""Structures of arms with a spherical wrist, each with a flag that is True if its skew axes are at
-right angles.
+"""Structures of arms with a spherical wrist. The flag of a structure is True if its skew axes are
+at right angles.
 
 The position problem of these arms is a quadratic equation. Two structures of three joints have no
 position inverse kinematics function. The position inverse kinematics function is tested for every
-structure that has one. Some structures with the function `ik_position` lead to a quartic equation.
+structure that has this function. Some structures with the function `ik_position` lead to a quartic
+equation.
 """
 EVERYWHERE = [
     *((arm + WRIST, "spherical wrist", right) for arm, right in WRISTED.items()),

@@ -29,11 +29,11 @@ SLIDES = (
     *((chain, False) for chain in ("P=R/P", "RLPLR/RxrxR")),
     *((chain, True) for chain in ("RLPLP", "P=RLP/RxrxR", "R/P/P/RxrxR")),
 )
-"""Axis structures of arms, each with a flag that is True if the skew axes are at right angles."""
+"""Axis structures of arms. The flag of a structure is True if its skew axes are at right angles."""
 
 
 def clean(case, seed):
-    """Assert that the inverse of an arm is complete and correct without refinement."""
+    """Assert that an arm's unrefined inverse kinematics is complete and correct."""
     for chosen, poses in sets(case, np.random.default_rng(seed)):
         if poses.name.startswith("near"):
             continue

@@ -16,7 +16,7 @@ from tests.support.oracles.screws import screws_of
 from tests.support.tolerances import LIMIT, PRINTED_9
 
 SIZES = {"planar_3rrr_170"}
-"""Robots in ``shelf`` that differ only in size from a generated robot, whose tests cover them."""
+"""Robots in ``shelf`` that differ from a generated and tested robot only in size."""
 SHELF = [file for file in sorted((ROBOTS / "shelf").glob("*.toml")) if file.stem not in SIZES]
 REFERENCE = json.loads(Path(__file__).with_name("shelf_poses.json").read_text(encoding="utf-8"))
 WIDEST = 1.0

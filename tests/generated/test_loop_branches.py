@@ -81,7 +81,8 @@ def test_unreachable_chain_has_nan_actuators(name):
     np.testing.assert_array_equal(np.isfinite(q).all(-1), reached)
     assert 0.01 < reached.mean() < 0.999
     assert (margin[reached] <= 1 + 1e-12).all()
-    # The actuator solution may be on any branch, and branches differ in their main-chain joints.
+    # `actuators` may return a solution on any loop branch, and loop branches differ in their
+    # main-chain joint values.
     np.testing.assert_array_equal(r.actuator_branches(theta).valid.any(-1), reached)
     apart = np.abs(wrapped(r.chain(q) - theta)).max(-1)
     np.testing.assert_array_equal(r.chain_closes(theta), reached & (apart < 1e-6))

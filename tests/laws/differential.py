@@ -77,8 +77,8 @@ def dexp_left_inverse_so3(omega: Matrix) -> Matrix:
 
     Raises:
         ValueError: The shape of omega is not (3, 1), or |omega| is an exact positive multiple of 2
-            pi, for which no inverse exists. A floating-point value |omega| near one of these
-            multiples raises no error, but the matrix then has large entries.
+            pi, for which no inverse exists. A floating-point |omega| near a positive multiple of 2
+            pi raises no error, but the matrix then has large entries.
 
     Source: Mueller, section 2.
     """

@@ -1,4 +1,4 @@
-"""The functions that create table rows raise an error if the verdict of the row is wrong."""
+"""A function that creates a table row raises an error if the verdict of this row is wrong."""
 
 import numpy as np
 import pytest

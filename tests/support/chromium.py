@@ -21,7 +21,8 @@ FLAGS = (
     "--disable-dev-shm-usage",
     "--no-first-run",
     "--disable-background-networking",
-    # This option lets Chromium accept clicks before it has drawn the first frame, which takes long.
+    # With this option, Chromium accepts clicks before the first frame is drawn, because drawing
+    # takes long.
     "--allow-pre-commit-input",
     "--window-size=760,520",
     "--force-device-scale-factor=0.25",  # few pixels, because software rendering is slow

@@ -88,7 +88,7 @@ def results(folder: Path, source: str, call: str, inputs: np.ndarray, size: int)
     Args:
         folder: The folder of the exported code.
         source: The name of the C file.
-        call: C code of the function call, with the inputs in x and the results in y.
+        call: C code that calls the function with the inputs x and the outputs y.
         inputs: The inputs of the function, in single precision.
         size: The number of results of the function.
     """

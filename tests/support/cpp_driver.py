@@ -58,8 +58,8 @@ def inputs_of(robot, info, rng, count):
     """Return random inputs of a robot function.
 
     If the robot has loops, the inputs are near its reference configuration, so that the loops
-    close. If the inverse kinematics has a redundancy parameter, as for panda, this parameter gets
-    the value of the last joint.
+    close. A redundancy parameter of the inverse kinematics, as for the robot panda, gets the value
+    of the last joint.
     """
     middle, spread = (np.array(robot.reference.q), 0.1) if robot.reference else (0.0, np.pi)
     q = middle + rng.uniform(-spread, spread, (count, robot.n))

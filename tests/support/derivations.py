@@ -40,7 +40,7 @@ second."""
 def description(name: str) -> Path:
     """Return the path of a robot file.
 
-    If no shipped robot has the name ``name``, the path is in the folder shelf/.
+    For a name that no shipped robot has, the returned path is in the folder ``shelf/``.
     """
     own = ROBOTS / f"{name}.toml"
     return own if own.is_file() else ROBOTS / "shelf" / own.name

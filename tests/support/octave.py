@@ -17,7 +17,8 @@ BASELINE = "-march=x86-64" if platform.machine() == "x86_64" else ""
 SOLVED = 1e-9
 """Maximum residual of a valid solution (m or rad)."""
 POSE_ERROR = 1e-9
-"""Maximum difference between the entries of a pose and of the pose that a solution reaches."""
+"""Maximum difference between an entry of a target pose and the same entry of the pose that a
+solution reaches."""
 
 
 def exported(robot, folder: Path) -> Path:

@@ -23,7 +23,7 @@ class OptionalPackage:
 
 
 def reason(name: str) -> str:
-    """Return the reason for skipping a test whose package is missing."""
+    """Return the message that a test is skipped because a package is missing."""
     return f"missing package: {name} (make test installs it)"
 
 

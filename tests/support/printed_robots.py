@@ -84,7 +84,7 @@ def parallel(count):
 
 
 def tilted():
-    """Robot on a tilted base, with constants that are long enough to be named in an article."""
+    """Return a robot on a tilted base, with constants so long that the LaTeX article names them."""
     tilt, rises = sp.Symbol("tilt", real=True), sp.symbols("d1:10", real=True)
     joints = (
         joint("j1", "dh", d=sum(rises), alpha=sp.pi / 2),

@@ -1,4 +1,4 @@
-"""Skeletons of robot descriptions, without derived and compiled functions."""
+"""Skeletons of robot descriptions, computed without deriving or compiling robot functions."""
 
 from types import SimpleNamespace
 

@@ -1,6 +1,6 @@
 """External programs for tests, such as pdflatex.
 
-A test is skipped if its program is missing.
+Tests that need a missing program are skipped.
 """
 
 import shutil
@@ -29,7 +29,7 @@ MISSING = "missing program"
 
 
 def reason(program: str) -> str:
-    """Return the reason for skipping a test whose program is missing."""
+    """Return the message that a test is skipped because a program is missing."""
     return f"{MISSING}: {program} (apt-get install {PACKAGES[program]})"
 
 

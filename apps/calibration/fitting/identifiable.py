@@ -23,19 +23,19 @@ VISIBLE = 1e-3
 """Minimum pivot of an identifiable parameter's derivative column, in standard deviations of the
 measurements per 1 mm or 1 mrad of the parameter."""
 SHOWN = 0.01
-"""Minimum absolute coefficient of a parameter that is listed in the explanation of an
-unidentifiable parameter."""
+"""The explanation of an unidentifiable parameter lists only the parameters whose absolute
+coefficients exceed this value."""
 
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter or unknown whose effect on the measurements other parameters can reproduce.
+    """A parameter or unknown whose effect on the measurements can be caused by other parameters.
 
     Attributes:
         name: Name of the parameter or unknown that cannot be identified. An unidentifiable
             parameter keeps its nominal value. An unidentifiable unknown keeps its start value.
-        combination: Names and coefficients of the parameters whose combination has the same effect
-            on the measurements.
+        combination: Names and coefficients of the linear combination of parameters that has the
+            same effect on the measurements.
     """
 
     name: str
@@ -56,7 +56,7 @@ def identifiable(
 
     Args:
         kept: (M, u) derivatives of the measurement errors with respect to the variables that are
-            always identified. An entry is the change of a measurement error, in standard
+            always identified. Each derivative is the change of a measurement error, in standard
             deviations, per 1 mm or 1 mrad of a variable.
         columns: (M, p) derivatives of the measurement errors with respect to the candidate
             variables.
@@ -64,8 +64,8 @@ def identifiable(
         kept_names: Names of the variables that are always identified.
 
     Returns:
-        A tuple of the sorted indices of the identifiable candidates, and one `Unidentifiable` for
-        each other candidate.
+        The sorted indices of the identifiable candidate variables, and a tuple with one
+        `Unidentifiable` object for each other candidate.
     """
     basis = np.linalg.qr(kept)[0] if kept.shape[1] else kept
     size = np.linalg.norm(columns, axis=0)

@@ -1,4 +1,4 @@
-"""Estimate the noise of measurements and detect outliers, with linearized errors.
+"""Estimate the noise of measurements and detect outliers from linearized measurement errors.
 
 Near the solution of a fit, a change dx of the scaled variables changes the measurement errors from
 e to e + J dx. Parameters with known standard deviations contribute additional errors d + D dx. For
@@ -46,15 +46,15 @@ OUTLYING = 5.0
 CONSISTENT = 1.4826
 """Ratio of the standard deviation to the median absolute deviation of a normal distribution."""
 MIN_NOISE = 1e-3
-"""Minimum noise relative to the stated standard deviations, smaller than the noise of real
-measuring devices."""
+"""Minimum noise relative to the stated standard deviations. Real measuring devices have more noise
+than this minimum."""
 _MIN_DEVIATION = 0.01
 """Minimum robust standard deviation of the errors, as a fraction of the stated standard deviation.
 If measurements are exact, residuals below this fraction come from rounding and do not indicate
 outliers."""
 CHANCE = float(scipy.special.ndtr(-OUTLYING))
-"""Probability that the error of a correct measurement is beyond the outlier limit on one side of
-the distribution."""
+"""One-sided probability that the normally distributed error of a correct measurement exceeds the
+outlier limit."""
 _EFFICIENCY = 0.37
 """Statistical efficiency of the median absolute deviation for a normal distribution."""
 _ESTIMATED = 0.1
@@ -116,8 +116,8 @@ class Linearized:
     def noise(self) -> float:
         """Return the noise as a multiple of the stated standard deviations.
 
-        The noise is 0 if no parameter has a known standard deviation and the errors are at most as
-        many as the variables.
+        If no parameter has a known standard deviation, the noise is 0 unless there are more errors
+        than variables.
         """
         if len(self.D):
             return self._most_probable_noise()
@@ -133,8 +133,9 @@ class Linearized:
             noise: The previous estimate of the noise.
         """
         h = _leverages(every.J, self.inverse_root(noise))
-        # After the fit, a used error with leverage h has 1 - h times the noise variance. An error
-        # with leverage h that the fit does not use has 1 + h times the noise variance.
+        # The variance of an error with leverage h is 1 - h times the noise variance if the fit uses
+        # the error. If the fit does not use the error, its variance is 1 + h times the noise
+        # variance.
         kept = np.where(used, np.maximum(1 - h, 0), 1 + h)
         compared = kept > _ESTIMATED
         sizes = np.abs(every.e) / np.sqrt(np.where(compared, kept, 1))

@@ -49,8 +49,7 @@ Output = TypeVar("Output")
 _ROUNDS = 12
 """Maximum number of repeated fits, each with updated outliers and noise."""
 _STEP = 1e-12
-"""The fit stops if the relative change of the variables or of the sum of squares is at most this
-value."""
+"""Relative change of the variables and of the sum of squares at which the fit stops."""
 _EVALUATIONS = 100
 """Maximum number of error evaluations per fit. For exact data, the fit does not converge before
 rounding errors dominate. About twenty error evaluations suffice."""
@@ -334,14 +333,14 @@ class Problem:
         return replace(self, weights=weights)
 
     def at(self, index: IntArray) -> Problem:
-        """Return the problem with only the measurements at the configurations `index`."""
+        """Return the problem reduced to the configurations with the indices `index`."""
         measurements = self.measurements.at(index)
         return replace(
             self, q=self.q[index], measurements=measurements, weights=self.weights[index]
         )
 
     def prior_jacobian(self) -> FloatArray:
-        """Return the derivative (t, k) of the deviations `strays` by the k scaled variables."""
+        """Return the derivative (t, k) of `strays` by the k scaled variables."""
         rows = np.flatnonzero(self.known)
         found = np.zeros((len(rows), len(self.x0)))
         found[np.arange(len(rows)), rows] = SMALL / self.known[rows]
@@ -350,7 +349,7 @@ class Problem:
     def strays(self, x: FloatArray) -> FloatArray:
         """Return the parameter deviations (t,) from nominal, divided by their standard deviations.
 
-        The t deviations belong to the parameters with a known standard deviation.
+        Only the t parameters with a known standard deviation have a deviation.
         """
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])
@@ -373,7 +372,7 @@ class Problem:
         """Fit repeatedly until the outliers and the noise no longer change.
 
         Args:
-            fit: Start values of the variables, the mask of used rows, and the noise.
+            fit: Start values of the variables, mask of the used measurement rows, and noise.
             robust: Whether outliers are excluded.
 
         Raises:
@@ -445,8 +444,8 @@ class Problem:
         at = self._linearized(x, used[self._rows])
         if len(at.e) + len(at.D) <= len(x):
             raise self._few_agree(used)
-        # If parameters have known standard deviations, noise 0 would make the matrix of the normal
-        # equations singular.
+        # If parameters have known standard deviations, the noise must be above 0, because the
+        # matrix of the normal equations could otherwise be singular.
         return max(at.noise(), MIN_NOISE) if len(at.D) else at.noise()
 
     def _linearized(self, x: FloatArray, kept: BoolArray) -> Linearized:

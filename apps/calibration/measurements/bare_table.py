@@ -1,8 +1,8 @@
 """Infer the columns of a measurement table without a header from their number and values.
 
-The first or the last columns of the table contain the coordinates of the robot. Apart from a row
-counter, the other columns contain target positions. The mutual distances of the targets must be
-nearly the same in all rows.
+The first or the last columns of the table contain the coordinates of the robot. All other columns
+contain target positions, except for an optional row counter. The mutual distances of the targets
+must be nearly the same in all rows.
 """
 
 from __future__ import annotations

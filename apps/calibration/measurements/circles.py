@@ -120,8 +120,8 @@ def _turned(T: FloatArray, circle: int) -> tuple[MeasuredAxis, FloatArray]:
 
 _STRAY = 1e-6
 """Tolerance for tool rotation about axes other than the circle axis [rad]. The tolerance permits
-coordinates that are rounded to six digits. Below this relative singular value, the axis position is
-undetermined along a direction."""
+coordinates that are rounded to six digits. The axis position is undetermined along a direction if
+the relative singular value is below this tolerance."""
 
 
 def _fitted(points: FloatArray, angles: FloatArray) -> MeasuredAxis:

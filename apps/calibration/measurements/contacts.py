@@ -137,8 +137,8 @@ class Distances(_OneNumber):
         points = points_on_tool(T, target[None])[:, 0]
         p = points - points.mean(0)
         c, rest, across = _sphere(p, (p**2).sum(-1) - self.values**2)
-        # For a center in the plane of coplanar points, the derivative of the distances with respect
-        # to the height of the center is 0.
+        # If the fixed point lies in the plane of coplanar target positions, the derivative of the
+        # distances with respect to its height is 0.
         c += np.sqrt(max(-rest - c @ c, (_HEIGHT * np.abs(p).max()) ** 2)) * across
         return np.concatenate([target, c + points.mean(0)])
 

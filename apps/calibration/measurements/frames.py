@@ -25,8 +25,8 @@ FloatArray = NDArray[np.float64]
 _FIRST_ROUNDS = 5
 """Number of Levenberg-Marquardt steps from each of the 24 start rotations of the base."""
 _FINISHED = 6
-"""Number of best rotations of the base that are refined further, after the first steps from all
-start rotations."""
+"""After the first steps from all start rotations of the base, this number of the best rotations is
+refined further."""
 _ROUNDS = 60
 """Maximum number of steps in the refinement of the best rotations of the base."""
 _SETTLED = 1e-6

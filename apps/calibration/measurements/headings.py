@@ -4,13 +4,13 @@ The heading of a joint column is the coordinate name of the robot or a common jo
 of joint headings are q1, J1, joint_1, theta_1[deg], A1, Achse 1, rax_1, q[0] and the letters S L U
 R B T. A column for the position x has the heading x, X_mm, px, pos_x, tcp.x or x_measured. If each
 row contains several positions, their x columns have headings such as X1, x_1, P1_x, target_1_x,
-SMR1.X, left_x and right_x. If a row contains two positions, both x columns may also have the
-heading x, or they may have the headings x and x.1. Columns of quaternions have headings such as qw,
-quat_w and orientation.w. If the joint columns have other names, the columns q1 ... q4 or q0 ... q3
-contain a quaternion. Columns of rotation vectors have headings such as rx, rot_x and rotvec_x.
-Roll, pitch and yaw have the headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a (KUKA). Columns
-of rotation matrices have headings such as r11, R_1_1, T[0][0] and m00, or nx, ox and ax. A column
-of target names has the heading target, marker, SMR, point or ball.
+SMR1.X, left_x and right_x. If each row contains two positions, the headings of the x columns may
+also be x and x, or x and x.1. Columns of quaternions have headings such as qw, quat_w and
+orientation.w. The columns q1 ... q4 or q0 ... q3 contain a quaternion if the joint columns have
+other names. Columns of rotation vectors have headings such as rx, rot_x and rotvec_x. Roll, pitch
+and yaw have the headings roll, pitch, yaw; w, p, r (FANUC); or c, b, a (KUKA). Columns of rotation
+matrices have headings such as r11, R_1_1, T[0][0] and m00, or nx, ox and ax. A column of target
+names has the heading target, marker, SMR, point or ball.
 
 Units are written in brackets, after an underscore or a space, or without a separator: "q1 [deg]",
 "q1_deg", "J1deg". Words such as "measured", "actual" or "tracker" in a heading are ignored. A joint

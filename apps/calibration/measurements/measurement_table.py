@@ -1,4 +1,4 @@
-"""Read a table in a common format: joint coordinates with measured target positions or poses.
+"""Read a table of joint coordinates and measured target positions or poses, in a common format.
 
 Each row of the table contains joint angles, for example in the columns q1 [deg], ..., q6 [deg]. The
 position of a single target is in the columns x [mm], y [mm], z [mm]. The positions of several
@@ -13,7 +13,7 @@ or in a row below the header. If all joint angles, all orientation angles or all
 unit, their unit is inferred from their values. ``MeasurementTable.assumptions`` reports inferred
 units. In a table without a header, the number of columns and their values determine the meaning of
 each column (`bare_table.py`). Three empty position cells mean that a target was invisible. Table
-columns with other headings are ignored.
+columns with unknown headings are ignored.
 """
 
 from __future__ import annotations
@@ -243,7 +243,7 @@ def _cell(row: TableLine, column: int) -> str:
 
 
 def _with_units(table: _Table, robot: Robot) -> _Table:
-    """Return the table, with inferred units of angles and positions if the file states none."""
+    """Return the table, with inferred units of angles and positions if the file states no units."""
     turning = [k for k in range(robot.n) if robot.coordinates[k].unit == "rad"]
     form = form_of(table.columns)
     turns = [name for k in turning if (name := _name_of(table, robot, k))]
@@ -348,8 +348,8 @@ def _orientations(table: _Table, form: Form) -> FloatArray:
 def _long(table: _Table, q: FloatArray) -> MeasurementTable:
     """Read a table with one row per target.
 
-    Rows of a station with equal joint coordinates but different targets form one configuration.
-    Rows with equal station, joint coordinates and target belong to separate configurations.
+    Rows with the same station and joint coordinates but different targets form one configuration.
+    Rows that also have the same target belong to separate configurations.
     """
     names = table.names_of_rows(TARGET)
     targets = list(dict.fromkeys(names))

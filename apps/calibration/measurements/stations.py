@@ -193,7 +193,7 @@ class StationPositions(Measurements):
     def _steps(self, x: FloatArray) -> FloatArray:
         """Return the station frame corrections as twists (stations, 6).
 
-        The twist of the first measurement station is 0.
+        The twist of the first measurement station is 0, because its frame is the device frame W.
         """
         return np.concatenate([np.zeros(6), x[3 * self.points.shape[1] :]]).reshape(-1, 6)
 

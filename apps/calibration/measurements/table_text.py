@@ -27,7 +27,7 @@ _GROUP = 3
 
 
 class TableLine(NamedTuple):
-    """A line of a table: its line number in the file, and its cells."""
+    """A line of a table, with its line number in the file and its cells."""
 
     number: int
     cells: list[str]

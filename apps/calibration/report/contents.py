@@ -46,8 +46,8 @@ class Contents:
         title: Title of the report page.
         summary: Sentences of the report's summary.
         parameters: Table of the parameter values and their 95 % confidence intervals.
-        tables: Tables of the errors by target, of the frames, of the validation errors of models,
-            and of strong correlations.
+        tables: Tables with the errors of each target, the frames, the validation errors of the
+            models, and the strong correlations.
         notes: Warnings, and sentences about excluded measurement rows and unidentifiable
             parameters.
     """

@@ -85,8 +85,8 @@ def joint_line(q_start: ArrayLike, q_end: ArrayLike, *, space: Space = "coordina
         q_start: (n,) values at the start [rad or m], in the coordinates that `space` selects.
         q_end: (n,) values at the end [rad or m].
         space: "coordinates" for a line in the actuated coordinates. "chain" for a line in the joint
-            positions of the main chain from the base to the tool. The two lines are equal for
-            robots without loops.
+            positions of the main chain from the base to the tool. For robots without loops, both
+            values of `space` give the same line.
 
     Raises:
         ShapeError: `q_start` and `q_end` are not vectors of equal length.
@@ -261,7 +261,7 @@ def require_long(name: str, length: float) -> None:
 class Spline:
     """A smooth curve of tool poses.
 
-    Its parameter s is the length along chords between waypoints.
+    The curve parameter s is the length along the chords between the waypoints.
     """
 
     positions: Any

@@ -66,8 +66,8 @@ class ParameterCurve:
     Attributes:
         names: Names of the redundancy parameters.
         spline: Function from positions (m,) on the curve to redundancy parameters (m, p). The first
-            derivatives of this function are continuous. If a parameter is at a limit for a part of
-            the motion, the second derivatives of the function are discontinuous.
+            derivatives of this function are continuous. If a redundancy parameter stays at a limit
+            for a part of the motion, the second derivatives of `spline` are discontinuous.
         q_start: (n,) coordinates of the robot at the start of the curve [rad or m].
     """
 
@@ -329,7 +329,7 @@ def _inwards(bounds: FloatArray) -> FloatArray:
 
     The shift of a lower limit is positive. The shift of an upper limit is negative.
 
-    A coordinate with an infinite limit has shifts of 0.
+    The shifts are 0 for a coordinate with an infinite limit.
     """
     size = np.diff(bounds, axis=1)
     return np.asarray(np.where(np.isfinite(size), size, 0.0) * [1.0, -1.0])

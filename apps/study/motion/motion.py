@@ -41,7 +41,8 @@ _SAMPLES = 521
 """Number of sample poses for the redundancy resolution over the whole curve. The redundancy
 resolution satisfies the joint limits at the sample poses."""
 _ROUNDING = 1e-9
-"""Maximum excess of a time scaling's length over the curve length, relative to the curve length."""
+"""Because of rounding errors, a time scaling may be longer than the curve by this fraction of the
+curve length."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Motions with redundancy "minimum_norm", for robots with more joints than the tool curve needs.
+"""Motions with the option redundancy="minimum_norm", for robots with redundant joints.
 
 Newton's method solves the inverse kinematics of each pose independently, from the same start
 configuration of the main-chain joints theta:
@@ -217,10 +217,10 @@ def _require_no_jump(robot: Robot, curve: PoseCurve, s: FloatArray, theta: Float
 
 
 def _weights() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the finite-difference weights of a value, its first and its second derivative.
+    """Return the finite-difference weights for a value, its first and its second derivative.
 
-    Each array (3, 5) has one row for the start, the inside and the end of a curve, and one column
-    per node.
+    The three rows of each array (3, 5) apply at the start, inside and at the end of a curve. Each
+    column belongs to a node.
     """
     powers = _OFFSETS[..., None] ** np.arange(_OFFSETS.shape[1])
     inverse = np.asarray(np.linalg.inv(powers), dtype=np.float64)

@@ -164,8 +164,8 @@ class MotionSequence:
                 coordinates.
             profile: "constant", "cubic", "quintic", "trapezoidal" or "s_curve", as in
                 `time_scaling`.
-            fixed: Joints with constant values, as in `Motion`. Joints without a value keep their
-                values at the start of the stage.
+            fixed: Joints with constant values, as in `Motion`. Joints that are listed without a
+                value keep the value that they have at the start of the stage.
             redundancy: "fixed" or "minimum_norm", as in `Motion`.
             name: The name of the stage.
             limits: The arguments duration, speed, acceleration and jerk of `time_scaling`, for the

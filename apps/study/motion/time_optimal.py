@@ -70,7 +70,7 @@ def time_optimal(
     tool_speed: float | None = None,
     nodes: int = _NODES,
 ) -> Motion:
-    """Return the fastest motion from rest to rest along the curve of a motion, within limits.
+    """Return the fastest motion from rest to rest along the curve of `motion` within the limits.
 
     Args:
         motion: A `Motion` on the curve. The time scaling of this `Motion` has no effect.
@@ -207,8 +207,9 @@ def _stretch(
     A motion that is slowed down by the time factor satisfies the limits.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
-    again if its estimated maximum time factor exceeds the maximum found so far. This estimate is
-    the larger of the time factors at both ends, plus `_HIDDEN` times their difference.
+    again if its estimated maximum time factor exceeds the maximum found so far. The estimated
+    maximum is the larger of the time factors at both ends of the interval, plus `_HIDDEN` times
+    their difference.
     """
     begin, width = motion.time_scaling.breaks[:-1], np.diff(motion.time_scaling.breaks)
     most, beyond = 1.0, [np.empty(0)]

@@ -139,9 +139,10 @@ def time_scaling(
             limited jerk.
         length: Total path length, at least 0, in the unit u of the path, for example m.
         duration: The duration [s]. None means the shortest duration within the limits. If
-            `duration` is passed, "trapezoidal" and "s_curve" need no limits. Without limits, their
-            phases of acceleration, constant rate and deceleration take equal times.
-        speed: The maximum rate [u/s].
+            `duration` is passed, "trapezoidal" and "s_curve" need no limits. Without limits, the
+            phases of acceleration, constant rate and deceleration of these two profiles take equal
+            times.
+        speed: Maximum rate of change of the path length [u/s].
         acceleration: The maximum acceleration [u/s^2], which the profile "constant" ignores.
         jerk: The maximum jerk [u/s^3], which only the profiles "quintic" and "s_curve" use.
 

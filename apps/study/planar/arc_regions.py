@@ -1,11 +1,11 @@
 """Planar regions bounded by circular arcs, and regions swept by their rotation.
 
-The border of a region is computed from candidate arcs. The candidate arcs contain the border, and
-are cut at their intersections. A piece of a candidate arc belongs to the border if the region lies
-on exactly one side of the piece. Let a region rotate about a point by angles from a to b. Candidate
-arcs of the swept region are the border rotated by a, the border rotated by b, and arcs about the
-rotation center. The arcs about the rotation center belong to circles that touch the border or pass
-through its corners.
+The border of a region is computed from candidate arcs. The candidate arcs include all arcs of the
+border, and are cut at their intersections. A piece of a candidate arc belongs to the border if the
+region lies on exactly one side of the piece. Let a region rotate about a point by angles from a to
+b. Candidate arcs of the swept region are the border rotated by a, the border rotated by b, and arcs
+about the rotation center. The arcs about the rotation center belong to circles that touch the
+border or pass through its corners.
 """
 
 from __future__ import annotations
@@ -251,7 +251,7 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the angles [rad] of the intersections of one circle with k circles, on both circles.
+    """Return the angles [rad], on both circles, of the intersections of one circle with k circles.
 
     Tangent circles do not count as crossing, because rounding errors could create or remove their
     intersections.

@@ -224,7 +224,7 @@ def _plane(n: FloatArray) -> FloatArray:
 
 
 def _along(section: ArcRegion, direction: FloatArray) -> FloatArray:
-    """Return the minimum and maximum (2,) of direction @ (u, v) over the points of a section."""
+    """Return the minimum and maximum (2,) of `direction @ (u, v)` for (u, v) in a section."""
     size = math.hypot(*direction)
     if size <= SAME_ARC:
         return np.zeros(2)

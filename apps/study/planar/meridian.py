@@ -170,7 +170,7 @@ def swept_volume(section: ArcRegion, offset: float, turn: float) -> float:
     turned = d / math.tan(abs(beyond) / 2) if beyond else math.inf
 
     def shared(u: float) -> float:
-        """Return the integral of x times the overlap angle of the arcs at x and -x, from 0 to u."""
+        """Return the integral from 0 to u of x times the overlap angle of the arcs at x and -x."""
         near = min(u, turned) if beyond < 0 else u
         total = beyond * near * near / 2 + 2 * half_turns(near)
         if beyond > 0 and u > turned:

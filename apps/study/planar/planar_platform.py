@@ -40,7 +40,7 @@ class PlanarRegion(StudyResult):
 
     Attributes:
         robot: The robot's name.
-        name: Text in plot titles and summaries, such as "at every angle".
+        name: Description of the region for plot titles and summaries, such as "at every angle".
         pieces: Disjoint parts of the region. Each part is the intersection of one annulus per leg.
     """
 
@@ -78,7 +78,8 @@ class PlanarRegion(StudyResult):
 
         Args:
             ax: The matplotlib axes, or None for a new figure.
-            singular: Curves from `singularity_curves` to plot as well, or None for no curves.
+            singular: The `SingularityCurves` to plot as well. If `singular` is None, no singularity
+                curves are plotted.
 
         Returns:
             The axes.
@@ -125,9 +126,9 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
 
     At one tool angle, each leg restricts the tool to an annulus, the area between two concentric
     circles. As the angle changes, the center of the annulus moves on a circle of radius r about a
-    fixed point. A position at distance t from this fixed point is in the annulus at every angle
-    under two conditions. The sum t + r is at most the outer radius of the annulus, and |t - r| is
-    at least the inner radius. These conditions bound the region by circles.
+    fixed point. Let t be the distance of a position from this fixed point. The position is always
+    in the annulus if t + r is at most the outer radius and |t - r| at least the inner radius. These
+    conditions bound the region by circles.
 
     Args:
         robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame

@@ -77,10 +77,10 @@ def singularity_curves(
             platform must have three legs. Each leg is then a chain of two links, or a cylinder with
             stroke limits.
         phi: The angle of the tool about the z axis of the base frame [rad].
-        x: (2,) ascending bounds of x in the base frame [m]. For None, the bounds are the extent of
-            the region that all legs reach, plus a margin.
-        y: (2,) ascending bounds of y in the base frame [m]. For None, the bounds are the extent of
-            the region that all legs reach, plus a margin.
+        x: (2,) ascending bounds of x in the base frame [m]. If `x` is None, the bounds are the
+            extent of the region that all legs reach, plus a margin.
+        y: (2,) ascending bounds of y in the base frame [m]. If `y` is None, the bounds are the
+            extent of the region that all legs reach, plus a margin.
         slot: Index of the solution of `ik_planar`, counted from 0. The index determines the branch
             of each leg (such as elbow up or down). Index 0 belongs to the branch of the reference
             configuration.
@@ -88,8 +88,9 @@ def singularity_curves(
 
     Returns:
         A `SingularityCurves`. `type_1` and `type_2` are tuples of polylines (k, 2) with positions
-        (x, y) in the base frame [m]. A tuple is empty if no singular position is in the bounds.
-        Type-2 curves end at the boundary of the region that all legs reach.
+        (x, y) in the base frame [m]. `type_1` or `type_2` is empty if no singular position of this
+        type is within the bounds. Type-2 curves end at the boundary of the region that all legs
+        reach.
 
     Raises:
         MissingFunctionError: The robot has no `ik_planar`.

@@ -2,20 +2,19 @@
 
 At the platform angle phi, a leg restricts the tool to an annulus about c(phi) with inner radius a
 and outer radius b. The center c(phi) moves on an arc of radius r about a point m. A leg reaches a
-position at all angles under two conditions. The position is at most b away from the farthest point
-of the center's arc, and at least a away from the nearest point. Circles bound the region of
-positions that satisfy each condition. The circles about the ends of the center's arc have radii a
-and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound the total
-workspace, which contains the positions that the tool reaches at all angles.
+position at all angles if its distances from all points of the arc of c(phi) are between a and b.
+Circles bound the region of such positions. The circles about the ends of the arc of c(phi) have
+radii a and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound the
+total workspace, which contains the positions that the tool reaches at all angles.
 
 The inclusive workspace contains the positions that the tool reaches at some angle. The border of
 the inclusive workspace also contains noncircular curves, on which two legs are at their limits. The
 inclusive workspace is computed by subdividing squares. A square with half diagonal d is inside the
 workspace if all legs reach its center at some angle phi with a margin of d. A square is outside the
-workspace if, at each angle phi, its center is beyond the limits of some leg by more than d. The
-tests whether a square is inside or outside have a closed form. A square that is neither inside nor
-outside the workspace is subdivided. The error bound of the area is half the area of the undecided
-squares.
+workspace if, at each angle phi, its center is beyond the limits of some leg by more than d. Whether
+a square is inside or outside the workspace is tested in closed form. A square that is neither
+inside nor outside the workspace is subdivided. The error bound of the area is half the area of the
+undecided squares.
 """
 
 from __future__ import annotations
@@ -139,7 +138,10 @@ def orientation_range_workspace(
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """The annulus of a leg, whose center moves on an arc as the platform rotates."""
+    """The annulus to which a leg restricts the tool.
+
+    The center of the annulus moves on an arc as the platform rotates.
+    """
 
     middle: FloatArray
     radius: float

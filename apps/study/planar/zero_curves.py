@@ -70,7 +70,7 @@ def _changes(first: FloatArray, second: FloatArray) -> BoolArray:
 
 
 def _segments(f: FloatArray, sides: IntArray) -> list[tuple[int, int]]:
-    """Return the pairs of zeros that a zero curve connects within a grid cell."""
+    """Return the index pairs of zeros that a zero curve connects within a grid cell."""
     along_x, along_y = sides
     around = np.stack([along_x[:-1, :-1], along_y[1:, :-1], along_x[:-1, 1:], along_y[:-1, :-1]])
     count = (around >= 0).sum(0)

@@ -58,8 +58,8 @@ class ConfigurationSpace:
         lower: (n,) smallest coordinates [rad or m].
         upper: (n,) largest coordinates [rad or m].
         checks: Pairs of indices for collision checks. The first index is the index of a collision
-            shape in `hulls`. The second index counts the obstacles first, then the shapes in
-            `hulls`.
+            shape in `hulls`. The second index is the index of an obstacle, or the number of
+            obstacles plus the index of a collision shape.
         bounds: Bounds of the joint motion of a robot with loops, or None without loops.
     """
 
@@ -241,7 +241,7 @@ def configuration_space(
     Raises:
         InputValueError: A prismatic coordinate of the robot has no limits. A radius is not above 0.
             `allowed_collisions` contains an unknown body. The joint motion of a robot with loops
-            cannot be bounded. No pair of shapes remains to be checked.
+            cannot be bounded. All pairs of shapes are excluded from the collision checks.
         ShapeError: `radius` is a sequence, and its length differs from the number of bodies.
     """
     check_type("configuration_space: robot", robot, Robot)

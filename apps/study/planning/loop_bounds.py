@@ -80,17 +80,17 @@ class LoopBounds:
 
     Attributes:
         robot: The robot.
-        given: (g,) indices of the joints with constant gear ratios to the actuators, in the vector
-            z of all joint values.
+        given: (g,) indices, in the vector z of all joint values, of the joints with constant gear
+            ratios to the actuators.
         gears: (g, n) motion of each joint in `given` per unit of each actuator coordinate.
         turns: (z,) whether each joint is revolute.
         widest: (z,) largest absolute joint value for which the bounds hold [m], or inf for revolute
             joints.
         curvature: (equations, z, z) bounds of the second derivatives of the loop equations.
         lengths: (equations, 1 + z) strut lengths as linear functions of the joints. A row contains
-            the strut length at joint values 0, then its slopes, or zeros for an equation without a
-            strut. For a strut of length l, the bounds hold for the equation d^2 - l^2 = 0, where d
-            is the distance between its ends.
+            the strut length at joint values 0, followed by its derivatives with respect to the
+            joint values. The row is 0 for an equation without a strut. For a strut of length l, the
+            bounds hold for the equation d^2 - l^2 = 0, where d is the distance between its ends.
     """
 
     robot: Robot
@@ -381,7 +381,7 @@ def _derivative(
         m = np.abs(_orders(bool(turns[axis])))
         powers = (np.ones(len(m)), m, m * (m - 1))
         factors = m**order if turns[axis] else powers[order] / scale[axis] ** order
-        # The tensor product sums over the first axis of `sizes`. The axis of the next joint then
-        # becomes the first axis.
+        # The tensor product sums over the first axis of `sizes`. The array axis of the next joint
+        # then becomes the first axis of `sizes`.
         sizes = np.tensordot(factors, sizes, (0, 0))
     return float(sizes)

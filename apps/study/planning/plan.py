@@ -47,8 +47,8 @@ class Plan(StudyResult):
     """A path of straight segments in the coordinates of a space, or the reason for a missing path.
 
     Attributes:
-        q: (m, n) corners of the path from start to goal, in the coordinates of the space, or an
-            empty array (0, n) without a path.
+        q: (m, n) corners of the path from start to goal, in the coordinates of the space. Without a
+            path, `q` is an empty array (0, n).
         length: Euclidean length of the path in the coordinates, or inf without a path.
         reason: The reason why no path was found, or "" if a path was found.
         n_checked: Number of segments that the planner checked.

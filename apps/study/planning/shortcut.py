@@ -1,4 +1,4 @@
-"""Shortens a path: a free straight segment replaces the part between two points of the path.
+"""Shorten a path by replacing the part between two of its points with a free straight segment.
 
 Source:
     R. Geraerts, M. H. Overmars, Creating high-quality paths for motion planning, 2007.

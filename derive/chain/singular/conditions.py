@@ -1,8 +1,7 @@
-"""Conditions under which an arm is singular: common zeros of factors of the Jacobian minors.
+"""Finds the singularity conditions of an arm as common zeros of factors of its Jacobian minors.
 
 All Jacobian minors are 0 if a shared factor is 0, or if one factor of each minor is 0. A
-singularity condition is a minimal set of factors: all Jacobian minors are 0 if these factors are
-all 0.
+singularity condition is a minimal set of factors whose common zeros make all Jacobian minors 0.
 """
 
 from collections.abc import Iterator, Sequence
@@ -36,7 +35,7 @@ def conditions(
     """Return the sets of factors that make all minors 0 in some reachable configuration.
 
     Args:
-        minors: The largest minors of a Jacobian, except for minors that are always 0.
+        minors: The maximal minors of a Jacobian, without minors that are 0 in every configuration.
         q: The coordinates.
         values: The values of all symbols other than coordinates.
     """
@@ -114,7 +113,7 @@ def _where_zero(factor: sp.Expr, product: Condition) -> Condition | None:
     if any(part == 0 for part in zero):
         return None
     parts = chain.from_iterable(_parts(part) for part in zero)
-    # If the sine of an angle is 0, its cosine is 1 or -1 and therefore not a zero factor.
+    # Sine and cosine of an angle are never 0 at the same time, so the factor `other` is omitted.
     return tuple(dict.fromkeys(part for part in parts if part != other))
 
 

@@ -39,9 +39,8 @@ def determinant(robot: SerialRobot, q: Sequence[sp.Symbol]) -> Factored | None:
         q: The coordinates.
 
     Returns:
-        The determinant of the nonzero Jacobian rows, up to sign. The determinant is None if the
-        number of nonzero Jacobian rows differs from the number of joints, or if ``factored_minors``
-        returns None.
+        The determinant of the nonzero Jacobian rows, up to sign. If the numbers of nonzero rows and
+        joints differ, or ``factored_minors`` returns None, the function returns None.
     """
     found = factored_minors(robot, q)
     return found[0] if found and len(found) == 1 else None

@@ -2,7 +2,7 @@
 
 A configuration is singular if a wrench y does no work on any joint (J^T y = 0). An arm with fewer
 joints than Jacobian rows is singular if joint velocities x do not move the tool (J x = 0). Newton's
-method with minimum-norm steps solves J^T y = 0 for q and y, or J x = 0 for q and x.
+method with minimum-norm steps solves J^T y = 0 for the coordinates q and y, or J x = 0 for q and x.
 """
 
 import math

@@ -24,7 +24,7 @@ class ScrewRing:
     Attributes:
         q: The coordinates.
         constants: Symbols of the parameters, and the symbols that stand for functions of constants.
-        meanings: The function that a symbol stands for, such as the cosine of a constant angle,
+        meanings: Expression that each symbol stands for, such as the cosine of a constant angle,
             keyed by symbol.
         cosines: Symbols for the cosines of the coordinates.
         sines: Symbols for the sines of the coordinates.
@@ -73,7 +73,7 @@ class ScrewRing:
     def matrix(self, view: View, longest: int) -> list[list[Polynomial]] | None:
         """Return the Jacobian columns for the frame and the reference point of ``view``.
 
-        The columns are None if a Jacobian entry has more than ``longest`` terms.
+        If a Jacobian entry has more than ``longest`` terms, the method returns None.
         """
         point = self.vector(view.point)
         columns = []

@@ -1,8 +1,8 @@
-"""Describes how the joint axes lie where a factor of the Jacobian minors is 0.
+"""Describes the arrangement of the joint axes where a factor of the Jacobian minors is 0.
 
 Relations between joint axes, such as parallelism, are tested numerically. A relation between axes
-describes a factor if the relation holds at all sampled zeros of the factor and at no generic
-configuration.
+describes a factor if it holds at all sampled zeros of the factor, but at none of the random
+configurations.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -88,7 +88,7 @@ Relation = Callable[[_Configuration], float]
 
 
 def words(robot: SerialRobot, q: Sequence[sp.Symbol], condition: Condition) -> str:
-    """Describe how the joint axes lie if all factors of a singularity condition are 0.
+    """Describe the arrangement of the joint axes if all factors of a singularity condition are 0.
 
     The description is empty if no relation between joint axes matches the condition.
 

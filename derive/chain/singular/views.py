@@ -86,11 +86,11 @@ def minors(
 ) -> tuple[Minor, ...]:
     """Return the largest square submatrices of a Jacobian.
 
-    A Jacobian with as many nonzero rows as columns has one such submatrix. Each column of the
-    Jacobian belongs to a joint. If the Jacobian has more columns than nonzero rows, each submatrix
-    omits columns. Each submatrix that omits columns has its own frame and reference point. All
-    submatrices that omit rows have the same frame and reference point. Submatrices that are
-    singular in every configuration are omitted.
+    A Jacobian with as many nonzero rows as columns (joints) has a single largest square submatrix.
+    If the Jacobian has more columns than nonzero rows, each submatrix omits columns. Each submatrix
+    that omits columns has its own frame and reference point. All submatrices that omit rows have
+    the same frame and reference point. Submatrices that are singular in every configuration are
+    omitted.
 
     Args:
         robot: A serial robot.

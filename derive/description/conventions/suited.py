@@ -33,7 +33,10 @@ SUITED = (mdh, hayati5, urdf)
 
 
 def suitable_convention(pair: Neighbours) -> Convention:
-    """Return the first continuous convention of ``SUITED``, or else the last convention."""
+    """Return the first continuous convention in ``SUITED``.
+
+    If none is continuous, return the last one.
+    """
     for convention in SUITED[:-1]:
         if least_singular_value(pair.displacements(convention)) > CONTINUOUS_MODEL:
             return convention

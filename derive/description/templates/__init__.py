@@ -13,8 +13,9 @@ def template(kind: str) -> str:
     The text is a valid robot file that can be derived without changes.
 
     Args:
-        kind: The example: "arm" (a serial arm whose joints have origins and axes), "dh" (a serial
-            arm in Denavit-Hartenberg parameters) or "mechanism" (a boom with a cylinder).
+        kind: Name of the example robot: "arm" (a serial arm whose joints have origins and axes),
+            "dh" (a serial arm in Denavit-Hartenberg parameters) or "mechanism" (a boom with a
+            cylinder).
 
     Raises:
         InputValueError: The kind is unknown.

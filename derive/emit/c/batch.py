@@ -2,8 +2,8 @@
 
 ``<robot>_lanes.h`` defines each function for SIMD vectors that hold one pose per lane.
 ``<robot>_batch.c`` compiles ``<robot>_lanes.h`` for each instruction set and selects the
-instruction set at run time. Without x86-64 and glibc, a plain loop computes the poses one after
-another. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
+instruction set at run time. On platforms other than x86-64 with glibc, a plain loop computes the
+poses one after another. ``chasles_lanes.h`` and ``chasles_batch.h`` are the same for every robot.
 """
 
 from collections.abc import Sequence
@@ -253,8 +253,8 @@ def _lanes(robot: Described, functions: Sequence[SymbolicFunction], programs: Pr
         program = programs.whole[function.name]
         sparing = "LANES_SPARING " if function.signs else ""
         head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        # Strength reduction replaces expensive square roots and angles, which only functions with
-        # solution branches contain.
+        # Strength reduction replaces expensive square roots and angles. Only functions with
+        # solution branches contain such operations.
         cheap = reduced(program) if function.signs else program
         lines = kernel(cheap, loads(cheap, sizes(function)), sizes(function))
         comment = f"// {function.name}: {summary(count_operations(cheap))}"

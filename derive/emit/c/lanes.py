@@ -182,8 +182,8 @@ class _Writer:
         operation, operands = statement.operation, statement.operands
         if operation in _EXTREMES and any(isinstance(o, Constant) for o in operands):
             # The minimum or maximum instruction returns its second argument if the first argument
-            # is NaN. The constant is passed as the second argument of the instruction, so that the
-            # result for NaN is the constant.
+            # is NaN. A constant is passed as the second argument of the instruction, so that the
+            # instruction returns the constant if the other operand is NaN.
             first, second = sorted(operands, key=lambda o: isinstance(o, Constant))
             value = f"LANES_{_EXTREMES[operation]}({self.number(first)}, {self._name(second)})"
             return [f"  const lanes {name} = {value};"]

@@ -45,7 +45,7 @@ def limited_names(derivation: Derivation) -> tuple[str, ...]:
 
 
 def passive_tables(derivation: Derivation) -> Iterator[str]:
-    """Yield C tables for the limits of passive joints, and the function chasles_nearest_slots."""
+    """Yield C code: tables of passive joint limits, and the function chasles_nearest_slots."""
     variables, name = limited_variables(derivation), derivation.robot.name
     assert derivation.hybrid is not None
     size, m = len(derivation.hybrid.variables), len(variables)

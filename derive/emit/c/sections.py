@@ -17,7 +17,7 @@ def summary(operations: Operations) -> str:
 
 
 def iteration_count(function: SymbolicFunction) -> str:
-    """Return, as text, the operation count of the solvers that a function calls."""
+    """Return a text that states the operation count of the solvers called by a function."""
     count = sum(call.operations for call in function.calls)
     return f", after about {count} operations of the loop iteration" if count else ""
 

@@ -21,7 +21,7 @@ COUPLINGS = "chasles_couplings.h"
 
 
 def shares_limits(derivation: Derivation, wraps: Sequence[bool]) -> bool:
-    """Return whether the search over full turns of a robot needs tables for its couplings.
+    """Return whether the search over full turns needs the coupling tables of the robot.
 
     Args:
         derivation: The derivation of the robot.
@@ -126,7 +126,7 @@ def _is_own(own: LinearMap, joint: int, coordinate: int) -> bool:
 def _only(row: Sequence[sp.Expr]) -> tuple[int, sp.Expr]:
     """Return the index and value of the only nonzero entry of a row.
 
-    The result is (-1, 1) if the row has no nonzero entry or several nonzero entries.
+    If the row has no nonzero entry or several nonzero entries, return (-1, 1).
     """
     entries = [(k, ratio) for k, ratio in enumerate(row) if ratio != 0]
     return entries[0] if len(entries) == 1 else (-1, sp.S.One)

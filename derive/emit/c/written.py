@@ -48,8 +48,8 @@ SUPPORTS = {
     "hexapod": ("chasles_hexapod.h", *HEXAPOD),
     "triad": ("chasles_triad.h", "chasles_triad_tolerances.h", *CIRCLE),
 }
-"""Support files of each handwritten C solver. The generated C code includes the first of these
-files, which includes the others."""
+"""Support files of each handwritten C solver. For each handwritten solver, the generated C code
+includes the first listed file, which includes the other files."""
 
 
 def written_files(robot: Described, written: Sequence[NativeSolverFunction]) -> dict[str, str]:

@@ -18,11 +18,11 @@ from .single import single
 SAMPLES = 10_000
 """Number of random inputs at which a function is evaluated."""
 SAFETY = 2.0
-"""The printed error bound is the largest measured error times this factor, because math libraries
-on other processors may be less accurate."""
+"""Factor by which the printed error bound exceeds the largest measured error, because math
+libraries on other processors may be less accurate."""
 NEAR_REFERENCE = 0.2
 """If the robot has loops, sampled coordinates differ from the reference by at most this distance
-(radian or meter). If the range of a coordinate is below 1 rad or 1 m, the distance from the
+(radian or meter). For a coordinate whose range is below 1 rad or 1 m, the distance from the
 reference is at most 0.2 times the range."""
 SOLVED = 1e-9
 """Largest residual of a solution in double precision (meter or radian)."""

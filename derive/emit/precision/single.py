@@ -75,7 +75,7 @@ def _floored(value: float) -> float:
 def stack_bytes(program: Program) -> int:
     """Return an upper bound of a function's stack size (byte).
 
-    The bound holds only for compilers that optimize.
+    The bound on the stack size holds only if the compiler optimizes the code.
     """
     last = {operand: k for k, s in enumerate(program.statements) for operand in s.operands}
     alive: set[Operand] = set(program.inputs)

@@ -46,8 +46,8 @@ class ArmStep(LoopStep):
     Attributes:
         found: Values of all arm joints if this step is the first step of the arm, otherwise an
             empty tuple.
-        arm: The serial arm if this step is the first step of the arm. None for later steps, and for
-            the step that tests the values of locked joints.
+        arm: The serial arm in its first step, otherwise None. The step that tests the values of
+            locked joints also has None.
     """
 
     found: tuple[sp.Expr, ...] = ()
@@ -62,7 +62,7 @@ class ArmStep(LoopStep):
 
     @classmethod
     def use(cls, legs: Legs, loop: Loop) -> bool:
-        """Solve a loop's unknown joints as a serial arm, or return False if this is impossible."""
+        """Solve a loop's unknown joints as a serial arm, and return whether this is possible."""
         terms, known = legs.terms, legs.known
         either = _arm(legs, loop)
         signs = None if either is None else either.signs(legs)
@@ -92,7 +92,7 @@ class ArmStep(LoopStep):
 
 
 class _SymbolicWork(Work):
-    """State while the inverse kinematics of an arm is derived, with symbols as branch signs."""
+    """Derivation state of an arm's inverse kinematics, in which symbols stand for branch signs."""
 
     def sign(self) -> sp.Expr:
         """Return a new symbol that selects one of two solutions."""
@@ -102,7 +102,7 @@ class _SymbolicWork(Work):
 
 @dataclass(frozen=True)
 class _EitherBranch:
-    """The inverse kinematics solution of an arm for every branch, with symbols as branch signs.
+    """An arm's inverse kinematics solution for all branches, with symbols as branch signs.
 
     Attributes:
         arm: The arm.
@@ -133,8 +133,8 @@ class _EitherBranch:
     def signs(self, legs: Legs) -> Signs | None:
         """Return the requested branch signs, or the branch signs at the reference configuration.
 
-        If no branch is requested, the method returns None unless exactly one branch contains the
-        reference configuration.
+        If no branch is requested and if no branch or several branches contain the reference
+        configuration, return None.
         """
         keys = [(self.arm.closure, symbol.name) for symbol in self.sides]
         if legs.branch is not None:
@@ -198,7 +198,7 @@ class _EitherBranch:
     def _step(self, step: InverseStep, at: Mapping[sp.Symbol, sp.Expr]) -> ArmStep:
         """Convert an inverse kinematics step to a solution step of the arm for one branch.
 
-        The joint list of the solution step starts with the name of the loop closure.
+        In the returned step, ``joints`` starts with the name of the loop closure.
         """
         margin, sign = step.found.margin, step.found.sign
         if margin is not None:
@@ -282,7 +282,8 @@ def _least(terms: Terms, margins: Sequence[sp.Expr]) -> sp.Expr:
 def with_arms(h: SolvedLoops) -> SolvedLoops:
     """Solve the loop joints that are still unknown as serial arms.
 
-    If the actuators do not determine all joints even with serial arms, ``h`` is returned unchanged.
+    If the actuators do not determine all joints, even when serial arms are used, ``h`` is returned
+    unchanged.
     """
     if not h.forward.open or h.is_overdetermined or h.least_squares_closure is not None:
         return h
@@ -295,10 +296,9 @@ def with_arms(h: SolvedLoops) -> SolvedLoops:
 
 
 def makers(h: SolvedLoops) -> dict[str, Maker]:
-    """Return callables that build the functions that need the inverse of a serial arm.
+    """Return builders of the functions that need the inverse kinematics of a serial arm.
 
-    Each function that needs the inverse of a serial arm takes the joint values of the main chain as
-    an input.
+    Each built function takes the joint values of the main chain as an input.
     """
     arms = from_chain_with_arms(h)
     if arms is None:

@@ -41,4 +41,4 @@ FAMILIES: tuple[Family, ...] = (
 )
 """All arm families, in the order in which a chain is compared with them."""
 LEG_FAMILIES = (*FAMILIES, UNIVERSAL_ROD)
-"""Arm families that are tried for serial arms inside loops, such as the legs of a platform."""
+"""Arm families with which a serial arm inside a loop, such as a leg of a platform, is compared."""

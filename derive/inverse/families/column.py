@@ -114,7 +114,7 @@ def _far_from_the_column(
 
     If the tool orientation does not determine the sum of angles 1 and 4, axis 4 is placed as far as
     possible from the column. Joint 1 can rotate axis 4 into the plane of the prismatic joints only
-    if axis 4 is far enough from the column.
+    if axis 4 is far enough from the column (axis 1).
     """
     x, y, z = W
     best = sp1(terms, column.h, reach, (-x, -y, -z)).turn

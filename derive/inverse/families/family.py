@@ -40,8 +40,8 @@ class Family:
         readings: The ends of the chain from which the axes may be numbered.
         behind_given: Whether the family may solve the free joints of a longer chain whose other
             joints are fixed.
-        rather_gives: Whether the family is tried after all other families if joints of the chain
-            are fixed.
+        rather_gives: Whether a chain with fixed joints is compared with this family only after all
+            other families.
         solves_pose: Whether the family solves for the full tool pose (task ``ik``). A family with
             ``solves_pose = False`` solves only parts of the pose, such as the position.
         inputs: Inputs of ``solve`` other than the displacement of the tool, for example a swivel
@@ -51,9 +51,9 @@ class Family:
         functions: Function that returns further functions of a chain without fixed joints, such as
             its swivel angle.
         has_couplings: Whether the solution steps already include the couplings between joints.
-        coupled_position: Function that returns the inverse task of the hand position if couplings
-            fix the hand orientation, and otherwise returns None. The field ``coupled_position`` is
-            None if the family has no such task.
+        coupled_position: Function that returns the inverse task of the hand position, or None if
+            couplings do not fix the hand orientation. If a family has no such task,
+            ``coupled_position`` itself is None.
     """
 
     title: str

@@ -7,11 +7,12 @@ position error that remains after the rotations determines the prismatic joints.
 A machine tool has at most two revolute joints, with two exceptions. Three revolute joints are
 possible if the arm also has three prismatic joints. Three consecutive revolute joints are possible
 if their axes intersect in one point. If the first and the third revolute axis become parallel, the
-orientation determines only the sum of the angles of these two joints. With parallel first and third
-revolute axes and three prismatic joints, the tool reaches the position at every angle of the first
-revolute joint. If fixed joints rotate the directions of the three prismatic joints into one plane,
-the position determines the angle of the first revolute joint. Two revolute axes, or three in an arm
-with three prismatic joints, need not intersect or be perpendicular.
+orientation determines only the sum of the angles of these two joints. If the first and the third
+revolute axis are parallel and the arm has three prismatic joints, the tool reaches the position at
+every angle of the first revolute joint. If fixed joints rotate the directions of the three
+prismatic joints into one plane, the position determines the angle of the first revolute joint. Two
+revolute axes, or three in an arm with three prismatic joints, need not intersect or be
+perpendicular.
 
 A pose has at most one solution, or two if the arm has three revolute joints. A tool position with a
 tool direction has at most two solutions. For an unreachable pose, the solution steps return the

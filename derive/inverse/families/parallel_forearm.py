@@ -131,10 +131,10 @@ def _nearer(
     Angles 1 and 5 are unchanged unless the refinement reduces the sum of the squared errors of both
     equations.
 
-    If axis 6 is nearly parallel to axes 2 to 4, its component along these axes determines its
-    direction only to 1e-8. The component of axis 6 normal to axes 2 to 4 is accurate to double
-    precision. Let c and c' be the components of two unit vectors along axes 2 to 4. Let p and p' be
-    the projections of the same two unit vectors onto the plane normal to axes 2 to 4. The
+    If axis 6 is nearly parallel to axes 2 to 4, the component of its direction along these axes
+    determines this direction only to 1e-8. The component normal to axes 2 to 4 is accurate to
+    double precision. Let c and c' be the components of two unit vectors along axes 2 to 4. Let p
+    and p' be the projections of the same two unit vectors onto the plane normal to axes 2 to 4. The
     components and projections of these unit vectors satisfy ``|p|^2 - |p'|^2 = (c' - c)(c' + c)``.
     """
     let, h = terms.let, lines.axes[1].h

@@ -29,8 +29,8 @@ from .family import Family
 
 _MIN_TURNS, _MAX_TURNS = 2, 3
 _FLAT = 0.1
-"""Upper limit of the cosine of the angle between a prismatic and a revolute axis that count as
-perpendicular."""
+"""A prismatic axis and a revolute axis count as perpendicular if the cosine of the angle between
+them is below this value."""
 _PHI = sp.Symbol("_phi", real=True)
 _PHI_LETTER = InputLetter((r"\varphi", r"\rho", r"\Phi"))
 

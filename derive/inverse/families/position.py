@@ -46,8 +46,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 def _moved_in_space(terms: Terms, lines: Lines, origin: Vector) -> Vector | None:
     """Return a point of the tool that can move in all three directions of space, or None.
 
-    The returned point is about one arm length from the tool origin. The function returns None if
-    the joints already move the tool origin in three directions.
+    The returned point is about one arm length from the tool origin. If the joints already move the
+    tool origin in three directions, return None.
     """
     if moves_in_space(lines, numbers(terms, origin)):
         return None
@@ -71,8 +71,8 @@ def _whole_pose(robot: SerialRobot, lines: Lines) -> Solved:
 
 
 # If the target is a pose, the axes may also be numbered from the tool to the base. For a position
-# target, axes are numbered from the base. The motion of fixed joints cannot be removed from a
-# position target, so the family POSITION is not tried for chains with fixed joints.
+# target, axes are numbered from the base. Because the motion of fixed joints cannot be removed from
+# a position target, chains with fixed joints are not compared with the family POSITION.
 POSITION = Family(
     "three joints that position the tool",
     (3,),

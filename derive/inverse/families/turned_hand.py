@@ -63,8 +63,8 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The remaining rotation.
     e = cross(terms, a4.h, a2.h)
     last_turn(work, a4, e, target.turned(terms, e), ((a1, q1), (a2, q23)))
-    # 5. Near a double solution of step 1, the six equations of the pose determine the joints more
-    # accurately than the single equation of step 1.
+    # 5. Near a double solution of step 1, all six pose equations together determine the joints more
+    # accurately than the one equation of step 1.
     step_on_all(work, lines, target)
 
 

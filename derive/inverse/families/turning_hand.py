@@ -1,4 +1,4 @@
-"""Arms with three joints of any kind followed by a revolute joint.
+"""Arms with four joints: three joints of any kind, followed by a revolute joint.
 
 Joint 4 does not move the points on its axis. The target pose determines the position of a point on
 axis 4. The first three joints move a point on axis 4 to its target position. Joint 4 produces the
@@ -24,8 +24,8 @@ from ..subproblems.turns import any_across
 from .family import Family
 
 _PARTS = tuple(sp.Rational(k, part) for part in (1, 2, 3, 4) for k in (0, 1, -1) if k or part == 1)
-"""Signed distances of candidate points from the origin of axis 4, as fractions of the arm length.
-"""
+"""Signed distances of the candidate points on axis 4 from the origin of this axis, divided by the
+arm length."""
 
 
 def _requires(lines: Lines) -> list[Requirement]:
@@ -56,9 +56,9 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _moved_points(lines: Lines) -> list[sp.Expr]:
-    """Return the points of axis 4 that the first three joints can move in three directions.
+    """Return the candidate points on axis 4 that joints 1 to 3 can move in three directions.
 
-    Each point is represented by its signed distance from the origin of axis 4.
+    Each returned point is represented by its signed distance from the origin of axis 4.
     """
     size = sp.Rational(f"{lines.length or 1.0:.0e}")
     points = [part * size for part in _PARTS]
@@ -68,8 +68,8 @@ def _moved_points(lines: Lines) -> list[sp.Expr]:
 def _best_point(lines: Lines) -> Vector:
     """Return the point of axis 4 that best determines joints 1 to 3.
 
-    A point of axis 4 that also lies on an earlier joint axis does not determine the angle of that
-    earlier joint.
+    If a point of axis 4 also lies on an earlier joint axis, the position of this point does not
+    determine the angle of the earlier joint.
 
     The function selects the candidate point that determines the most joint angles. The rating of a
     candidate point is at most the rating of a generic point of axis 4. Among equally good points,
@@ -93,8 +93,9 @@ def _arm(lines: Lines) -> Lines:
     return Lines(lines.terms, lines.axes[:3], lines.tolerance)
 
 
-# The family TURNING_HAND numbers the axes only from the base. If the axes were numbered from the
-# tool, the inverse of an arm with right angles would find no solution for some poses.
+# The family TURNING_HAND is tried only with axes that are numbered from the base. With axes
+# numbered from the tool, the function ik of an arm with right angles would find no solution for
+# some poses.
 TURNING_HAND = Family(
     "three joints and a revolute wrist joint", (4,), _requires, _solve, readings=("base",)
 )

@@ -104,12 +104,13 @@ def level_position(chain: CoupledChain, lines: Lines) -> Solved | None:
     orientation, the sum of the parallel joints' angles is constant.
 
     Args:
-        chain: The chain of a coupled arm whose axes satisfy the conditions of the turntable family.
+        chain: Chain of an arm with coupled joints. The axes of this chain satisfy the conditions of
+            the turntable family.
         lines: The axes of the chain.
 
     Returns:
-        The task for a position, or None if the sum of the parallel joints' angles varies or a fifth
-        joint moves the tool origin.
+        The position task, or None if the angle sum of the parallel joints is not constant or if a
+        fifth joint moves the tool origin.
     """
     robot, terms, arm = chain.robot, lines.terms, in_plane(lines)
     senses = sp.zeros(1, chain.C.rows)

@@ -89,7 +89,7 @@ def _solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def _tilt(work: Work, lines: Lines, kept: Axis, target: Target) -> FoundTurn:
-    """Return the sum of angles 3 and 4 that sets the angle between axis 5 and the axis ``kept``.
+    """Return the angle sum of joints 3 and 4 that gives axis 5 its target angle to axis ``kept``.
 
     The sine of the angle between the axes is computed as the norm of a cross product. A small sine
     would be inaccurate if it were computed from the cosine.

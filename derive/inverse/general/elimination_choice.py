@@ -43,15 +43,15 @@ DEGREE = 8
 CONFIGURATIONS = 12
 """Number of configurations at which an elimination order is rated."""
 GIVEN_CONFIGURATIONS, AT_RIGHT_ANGLES = 8, 2
-"""Number of random configurations, and number of cycles in which each fixed joint takes the four
-multiples of 90 degrees."""
+"""Number of configurations with random joint values, and number of cycles of four configurations in
+which each fixed joint takes the four multiples of 90 degrees."""
 KEPT, MAX_KEPT = 3, 4
-"""Regular number and maximum number of elimination orders of an arm. If one elimination order fails
-at a pose, the solver tries the next elimination order. An arm gets a fourth elimination order only
-if this order works where the first three fail."""
+"""Usual number and maximum number of elimination orders that are kept for an arm. If one
+elimination order fails at a pose, the solver tries the next elimination order. An arm gets a fourth
+elimination order only if this order works where the first three fail."""
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37)
 MAX_JOINTS = len(PRIMES)
-"""Maximum number of joints of an arm, including fixed joints, for which the C tables have space."""
+"""Maximum number of joints of an arm, including fixed joints, that fit into the C tables."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """For each configuration, the smaller of the singular value ratios of M and A, or NaN."""
+        """Smaller entry of ``separations`` and ``pairs`` for each configuration, or NaN."""
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property
@@ -118,7 +118,7 @@ class Choice:
 
     @property
     def separation(self) -> float:
-        """Separation of solutions by the best elimination order, as a ratio of singular values.
+        """Singular value ratio that shows how well the best elimination order separates solutions.
 
         See ``Rating.key``.
         """
@@ -133,9 +133,10 @@ class Choice:
 def choose(robot: SerialRobot) -> Choice | None:
     """Return the elimination orders of an arm, or None if no elimination order is suitable.
 
-    If no set of joints from ``sets_to_fix`` is suitable, every set of joints is tried. For example,
-    two of the parallel joints must be fixed in an arm with five parallel joints. Every set of
-    joints is also tried if a seven-joint arm is nearly singular after its prismatic joint is fixed.
+    If no set of fixed joints from ``sets_to_fix`` is suitable, every other set of fixed joints is
+    tried. For example, two of the parallel joints must be fixed in an arm with five parallel
+    joints. Every set of joints is also tried if a seven-joint arm is nearly singular after its
+    prismatic joint is fixed.
 
     Args:
         robot: The description.
@@ -168,7 +169,9 @@ def slides_of(robot: SerialRobot) -> frozenset[int]:
 
 
 def sets_to_fix(robot: SerialRobot) -> list[tuple[int, ...]]:
-    """Return the sets of joints to try as fixed joints, each of which leaves six joints free.
+    """Return the sets of joints to try as fixed joints.
+
+    Each set leaves six joints free.
 
     Prismatic joints and the revolute joints at the base (as in a torso) are fixed first. The last
     joint to fix may be any remaining revolute joint. If the arm has fewer than six revolute joints,
@@ -198,10 +201,10 @@ def choice_at(
         constants: The placements before, between and after the joints.
         given: Indices of the fixed joints, in ascending order.
         slides: Indices of the prismatic joints among all joints.
-        apart: For each of the six joints, the difference between its values in two solutions
-            (radian), or () if unknown. In an arm close to a known arm family, several solutions
-            often share the value of a joint. The elimination cannot separate solutions by a joint
-            whose value they share.
+        apart: For each of the six joints, the typical or assumed difference (radian) between its
+            values in two solutions of a pose, or () if unknown. If an arm is close to a known arm
+            family, several solutions often have the same value of a joint. The elimination cannot
+            separate solutions by a joint whose value they share.
     """
     choice = Choice(given, _ratings(constants, given, slides, apart))
     return choice if choice.ratings and choice.good > 0 else None
@@ -244,9 +247,9 @@ def _ratings(
 
     left = [rating for rating in _rated(constants, given, slides) if rating.is_fit]
     if not any(rating.good_at for rating in left):
-        # The matrix A is singular for every elimination order if each of four or more axes passes
-        # through one of two points. If joints 1 and 2 are parallel prismatic joints, A is also
-        # singular, but such an arm lacks a degree of freedom.
+        # The matrix A is singular for every elimination order if at least four axes each pass
+        # through one of two common points. If joints 1 and 2 are parallel prismatic joints, A is
+        # also singular, but such an arm lacks a degree of freedom.
         sliding = slides_left(slides, len(constants) - 1, given)
         left = [
             replace(rating, pairs=(1.0,) * len(rating.pairs))
@@ -344,7 +347,8 @@ def _separations(found: LineEquations, order: EliminationOrder, q: Array) -> tup
         found: The equation coefficients at C configurations, as two arrays with the shapes (C, 14,
             9) and (C, 3, 14, 9).
         order: The elimination order of the equations.
-        q: Joint values (C, 6), of which only the values of the suppressed joint are used.
+        q: Values (C, 6) of the six joints at the C configurations. Only the values of the
+            suppressed joint are used.
     """
     M = suppressed(found, order.halved)
     turns = 2 * np.pi * np.arange(SAMPLES) / SAMPLES

@@ -1,4 +1,4 @@
-"""Inverse kinematics ``ik`` of a general arm, which belongs to no arm family.
+"""Inverse kinematics ``ik`` of general arms, whose axes fit no known arm family.
 
 The general solver is handwritten C code that reads numeric tables of the arm.
 """
@@ -25,25 +25,26 @@ SLOTS = 16
 SOLVED_TURN, GIVEN_TURN, GIVEN_SLIDE, SOLVED_SLIDE = 0, 1, 2, 3
 """Codes of the joint types in the C tables."""
 OPERATIONS = 60_000
-"""Approximate number of operations of the general solver. The equations take 12,000, the
-determinants 20,000, the roots 10,000, and the other joints with Newton's method 18,000."""
+"""Approximate number of operations of the general solver. The general solver needs 12,000
+operations for the equations, 20,000 for the determinants, 10,000 for the roots, and 18,000 for the
+other joints with Newton's method."""
 CALLS = ("fk_jacobian_mixed",)
 
 
 @dataclass(frozen=True)
 class GeneralArm(Tables):
-    """The fields of the C struct ``chasles_general_arm`` that follow its function pointers.
+    """Data fields of the C struct ``chasles_general_arm``, which come after its function pointers.
 
     Attributes:
         joints: Number of joints of the robot.
         kinds: Type code of each joint.
         directions: Direction of each joint, 1 or -1.
         length: The arm length (meter).
-        placed: The first three rows of each constant transform before, between and after the
-            joints.
+        placed: The first three rows of each constant transform: before the first joint, between
+            adjacent joints, and after the last joint.
         order_count: Number of elimination orders.
-        orders: The elimination orders, each with the order of the joints, the direction (1 or -1),
-            and the joint whose half angle is used.
+        orders: The elimination orders as tuples (joint indices, sense of numbering 1 or -1, 0 or 1
+            for the half angle of joint 4 or 5).
     """
 
     joints: int
@@ -84,7 +85,8 @@ The point coordinates of each candidate axis are divided by the arm length.
 APART = (np.pi,) * OWN + (0.0,)
 """Assumed difference (radian) of each joint value between two solutions.
 
-The assumed difference is zero for the joint that the solver adds to a five-joint arm.
+The assumed difference between two solutions is zero for the sixth joint that the solver adds to a
+five-joint arm.
 """
 
 
@@ -123,7 +125,9 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """Return the general inverse of an arm with five or more joints, or None if none exists.
+    """Return ``ik`` by the general solver, or None if the solver does not apply.
+
+    The solver requires an arm with at least five joints.
 
     Args:
         robot: The description.
@@ -188,13 +192,15 @@ class GeneralTables:
 def general_tables(
     robot: SerialRobot, given: tuple[int, ...], apart: tuple[float, ...] = ()
 ) -> GeneralTables:
-    """Return the tables of the general solver, which are empty if the solver does not apply.
+    """Return the tables of the general solver.
+
+    The tables are empty if this solver does not apply.
 
     Args:
         robot: The description.
         given: Indices of the fixed joints, which must leave six joints free.
-        apart: For each of the six joints, the difference between its values in two solutions
-            (radian), or () if unknown.
+        apart: For each of the six joints, the typical difference (radian) between its values in two
+            solutions of a pose, or () if unknown.
     """
     if not _may_give(robot, given):
         return GeneralTables()
@@ -278,8 +284,8 @@ def with_tool_joint(
 
     The added sixth joint rotates the tool. Each solution of the five-joint arm is a solution of the
     six-joint arm with angle 6 at 0. Solutions of the six-joint arm with another angle 6 are
-    discarded. The added axis is skew to the other axes, so the six joints fit no known arm family.
-    The added axis does not pass through the tool origin.
+    discarded. The axis of the added sixth joint is skew to the other axes, so the six-joint arm
+    fits no known arm family. The added axis does not pass through the tool origin.
 
     Args:
         constants: The constant transforms before, between and after the joints.
@@ -316,12 +322,13 @@ def solver_function(
 
     The function ``ik`` has sixteen solution slots.
 
-    Valid solutions fill the first slots, sorted by the suppressed joint. Unused solution slots
-    contain an invalid configuration. If a pose has no solution, the slots contain the
-    configurations with the smallest residuals. The margin of a solution is |det J| divided by the
-    product of the column norms of the Jacobian J. Lengths in the Jacobian J are relative to the arm
-    length. The margin of a solution is at most 1. If two solutions coincide, the Jacobian J is
-    singular and the margin is 0. In a slot without a solution, the margin is the negative residual.
+    Valid solutions fill the first solution slots and are sorted by the value of the suppressed
+    joint. Unused solution slots contain an invalid configuration. If a pose has no solution, the
+    slots contain the configurations with the smallest residuals. The margin of a solution is |det
+    J| divided by the product of the column norms of the Jacobian J. Lengths in the Jacobian J are
+    relative to the arm length. The margin of a solution is at most 1. If two solutions coincide,
+    the Jacobian J is singular and the margin is 0. In a solution slot without a valid solution, the
+    margin is the negative residual.
 
     Args:
         robot: The description.

@@ -6,8 +6,8 @@ rotation R and translation d maps p to R p + d and l to R l. Therefore, a rigid 
 the vector (x, 1) by a matrix that depends only on the rotation R and the translation d. If a
 revolute joint moves the line, each of the fourteen quantities is linear in the cosine and sine of
 the joint angle. If a prismatic joint moves the line, each quantity is quadratic in the
-displacement. Let h = R^T d and w = (p.p) l - 2 (p.l) p. A rigid motion changes the quantities of a
-line as follows.
+displacement. Let h = R^T d and w = (p.p) l - 2 (p.l) p. The following formulas give the quantities
+of a line after a rigid motion.
 
     A point moves by ``p' = R p + d``, and a direction by ``l' = R l``.
 
@@ -63,7 +63,10 @@ def motion(T: Array) -> Array:
 
 @cache
 def turn(sign: int) -> tuple[Array, Array, Array]:
-    """Return matrices (15, 15) in M0 + M1 cos a + M2 sin a for a rotation by sign * a about z."""
+    """Return (M0, M1, M2) of M0 + M1 cos a + M2 sin a for a rotation by sign * a about z.
+
+    Each of the three matrices has the shape (15, 15).
+    """
     fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
     for block in (P, L, M, W):
         x, y, z = range(SIZE)[block]
@@ -78,7 +81,10 @@ def turn(sign: int) -> tuple[Array, Array, Array]:
 
 @cache
 def slide(sign: int) -> tuple[Array, Array, Array]:
-    """Return matrices (15, 15) in M = M0 + M1 d + M2 d^2 for a translation by sign * d along z."""
+    """Return (M0, M1, M2) of M0 + M1 d + M2 d^2 for a translation by sign * d along z.
+
+    Each of the three matrices has the shape (15, 15).
+    """
     forth, here, back = (np.eye(4, dtype=int) for _ in range(3))
     forth[2, 3], back[2, 3] = sign, -sign
     fixed, ahead, behind = motion(here), motion(forth), motion(back)

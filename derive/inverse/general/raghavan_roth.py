@@ -14,11 +14,12 @@ axis do not contain the angle of joint 6.
     The loop equation for the axis a of joint 6 is ``Rz_3 C_3 Rz_4 C_4 Rz_5 C_5 a = C_2^-1 Rz_2^-1
     C_1^-1 Rz_1^-1 C_6^-1 a``.
 
-Both sides of the loop equation describe the same line, the axis of joint 6. A line has fourteen
-quantities (``line_quantities``). The fourteen quantities of the axis are linear in the cosine and
-sine of each joint angle. The fourteen equations have the form ``A y = B(theta_3) x``. The vector y
-contains eight products of cosines and sines of joints 1 and 2. The vector x contains the nine
-products of 1, cosine and sine of joint 4 with 1, cosine and sine of joint 5.
+Both sides of the loop equation describe the same line, the axis of joint 6. Fourteen quantities
+describe a line, as defined in ``line_quantities``. The fourteen quantities of the axis of joint 6
+are linear in the cosine and sine of each joint angle. The fourteen equations have the form ``A y =
+B(theta_3) x``. The vector y contains eight products of cosines and sines of joints 1 and 2. The
+vector x contains the nine products of 1, cosine and sine of joint 4 with 1, cosine and sine of
+joint 5.
 
 The matrix A (14, 8) depends only on the pose, and B depends only on theta_3. Six linear
 combinations of the fourteen equations do not contain the angles of joints 1 and 2. The generated C
@@ -26,10 +27,10 @@ code finds the angles theta_3 at which these six linear combinations have a comm
 numerical accuracy depends on which joint is suppressed (``elimination_choice``).
 
 For a prismatic joint with displacement d, the translation Tz(d) replaces the rotation Rz(theta). In
-the products, the factors 1, d and d^2 of a prismatic joint replace 1, cosine and sine. Joints 1 and
-2 of an elimination order may be prismatic. At least one of joints 4 and 5 must be revolute, because
-the equations use the half angle of this joint. Joints 3 and 6 of an elimination order must be
-revolute.
+the products of the vectors x and y, the factors 1, d and d^2 of a prismatic joint replace 1, cosine
+and sine. Joints 1 and 2 of an elimination order may be prismatic. At least one of joints 4 and 5
+must be revolute, because the equations use the half angle of this joint. Joints 3 and 6 of an
+elimination order must be revolute.
 
 Source:
     Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
@@ -49,8 +50,8 @@ from .line_quantities import COUNT, Array, motion, quantities, slide, turn
 
 JOINTS = 6
 Parts = Callable[[int], tuple[Array, Array, Array]]
-"""Function that returns the three coefficient matrices of a joint for the sign of the joint
-coordinate (1 or -1)."""
+"""Type of a function that takes the sign of a joint coordinate (1 or -1) and returns the three
+coefficient matrices of the joint."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def equations(
 
 
 def is_fit(robot: SerialRobot, given: Sequence[int] = (), joints: int = JOINTS) -> bool:
-    """Whether the required number of joints is free and these joints have an elimination order.
+    """Whether the free joints have the required number and at least one elimination order.
 
     Args:
         robot: The description.
@@ -172,7 +173,8 @@ def doubled(six: Array) -> Array:
 def suppressed(found: LineEquations, halved: int) -> Array:
     """Return the terms (..., 3, 12, 12) of the matrix M, which is singular at each solution.
 
-    The three terms are the coefficients of 1, cosine and sine of the suppressed angle.
+    The three terms of the matrix M are its coefficients of 1, cosine and sine of the suppressed
+    angle.
 
     Args:
         found: Coefficients of the fourteen equations, with the shapes (..., 14, 9) and (..., 3, 14,

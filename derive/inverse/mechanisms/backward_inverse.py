@@ -88,12 +88,12 @@ def is_carried(h: SolvedLoops) -> bool:
 
 
 def is_carried_arm(h: SolvedLoops) -> bool:
-    """Whether the legs move in planes, and further joints are before or on the platform."""
+    """Whether the legs keep ball joints in planes, and joints are before or on the platform."""
     return isinstance(_chain(h), CarriedArm)
 
 
 def missing(h: SolvedLoops) -> str:
-    """Return the reason why a robot with iterated loops has no function ``ik``.
+    """Return the reason why a robot whose loops are solved by iteration has no function ``ik``.
 
     The returned text is empty if the reason is unknown. The argument must be a robot without a
     function ``ik``.
@@ -242,7 +242,7 @@ def _solved(
     chain: Chain,
     legs: Sequence[LegChain],
 ) -> tuple[SymbolicFunction, Work]:
-    """Return (function ``ik`` without the branch signs in ``settled``, solution steps)."""
+    """Return the function ``ik`` without the branch signs ``settled``, and its solution steps."""
     terms, work = h.terms, Work(h.terms, settled=settled)
     arguments, joints = chain.coordinates(work)
     joints = near_reference(h.mechanism, terms, h.robot.moving, joints)

@@ -1,4 +1,4 @@
-"""Solves for the joints before or on a platform, such as a 3-RPS platform on a rail.
+"""Solves for the joints before or on a parallel platform, such as the rail of a 3-RPS platform.
 
 Each leg of the platform keeps a ball joint in a plane.
 
@@ -74,17 +74,18 @@ class CarriedArmTables(Tables):
         joints: Total number of joints before the platform and on the platform.
         before: Number of joints before the platform.
         unknown: Number of unknown joints.
-        slides: Number of unknown prismatic joints, which come first among the unknown joints.
+        slides: Number of unknown prismatic joints. These joints come first in the list of unknown
+            joints.
         dixon: Whether the last unknown joint follows from Dixon's resultant.
         solutions: Maximum number of solutions for the unknown joints.
         places: For each entry of `maps`, the number of its joint, counted from the base.
-        ranks: For each entry of `maps`, the index of its joint among the unknown joints, or -1 - k
-            for fixed joint k.
+        ranks: For each entry of `maps`, the index of its joint in the list of unknown joints. For a
+            fixed joint with index k in the list of fixed joints, the number is -1 - k.
         kinds: For each entry of `maps`, whether its joint is prismatic.
         size: Length of the mechanism (meter).
-        maps: Three matrix terms of the inverse pose of each joint. The three terms of a revolute
-            joint are the factors of 1, cosine and sine. The three terms of a prismatic joint are
-            the constant, the factor of the displacement, and 0.
+        maps: Three matrix terms of the inverse pose of each joint. For a revolute joint, the three
+            matrix terms are the factors of 1, cosine and sine of the joint angle. For a prismatic
+            joint, the three matrix terms are the constant, the factor of the displacement, and 0.
         planes: Unit normal and negative offset (meter) of the plane of each leg, in the frame where
             the legs start.
         points: Positions of the ball joints in the platform frame (meter).
@@ -114,7 +115,7 @@ class CarriedArm:
     Attributes:
         h: The robot.
         carried: The platform.
-        equations: Equations that keep the ball joint of each leg in its plane.
+        equations: Equations that keep the ball joint of each leg in the plane of the leg.
         unknown: Indices of the joints whose values the C solver finds, in the order of elimination.
     """
 
@@ -166,7 +167,7 @@ class CarriedArm:
 
     @property
     def argument(self) -> Argument:
-        """Argument that contains the coordinates of all joints before and on the platform."""
+        """Argument of ``ik_legs`` with the coordinates of all joints before and on the platform."""
         symbols = tuple(sp.Symbol(f"_{joint.name}", real=True) for joint in self.carried.others)
         return Argument(ARM, symbols, (len(symbols),), "", "joints before and on the platform")
 
@@ -181,7 +182,8 @@ class CarriedArm:
     def coordinates(self, work: Work) -> tuple[tuple[Argument, ...], list[sp.Expr]]:
         """Return (extra arguments of ``ik_legs``, coordinates of the main chain).
 
-        The only extra argument contains the values of the joints before and on the platform.
+        The only extra argument of ``ik_legs`` contains the values of the joints before and on the
+        platform.
         """
         carried, own = self.carried, self.argument
         values = {
@@ -272,8 +274,8 @@ def _found(h: SolvedLoops) -> CarriedArm | str:
     equations = PlaneEquations(h, carried)
     count = equations.rank()
     obstacles = []
-    # The search for unknown joints starts near the tool, so that rails and turntables are more
-    # likely to be fixed.
+    # The search for unknown joints starts near the tool. Rails and turntables near the base are
+    # therefore more likely to become fixed joints.
     for unknown in combinations(range(len(names))[::-1], count):
         if equations.rank(unknown) == count:
             order = _order(equations, unknown)
@@ -287,8 +289,9 @@ def _order(equations: PlaneEquations, unknown: Sequence[int]) -> tuple[int, ...]
     """Return the joints in the order of elimination, or the reason why no order works.
 
     Prismatic joints are eliminated first. If the plane equations for an angle are always linearly
-    dependent, this angle is eliminated last. For example, only two plane equations are independent
-    if a turntable rotates about the common line of the planes of a symmetric platform.
+    dependent, this angle is eliminated last. For example, if the three planes of a symmetric
+    platform intersect in the axis of a turntable, only two plane equations for the turntable angle
+    are independent.
     """
     slides = [k for k in unknown if equations.is_slide(k)]
     angles = sorted(k for k in unknown if k not in slides)

@@ -34,8 +34,8 @@ LEGS, LEG_JOINTS, TURNS = 3, 2, 3
 """Number of legs, number of joints per leg before the ball joint, and number of axes of a ball
 joint."""
 FREE = 6
-"""Number of virtual joints that move a platform freely. If the main chain passes through a leg
-instead of virtual joints, the leg has five joints."""
+"""Number of virtual joints that move a platform freely. If the main chain passes through a leg of
+the platform, the five joints of this leg take the place of the virtual joints."""
 Path = tuple[Joint, ...]
 
 
@@ -51,7 +51,7 @@ TOOL = pose_of_entries(POSE_SYMBOLS)
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane in which a leg keeps a ball joint, and the ball position on the platform.
+    """The plane in which a leg keeps a ball joint, and the joint position on the platform.
 
     Attributes:
         normal: Unit normal of the plane, in the axes of the body at which the legs start.
@@ -90,7 +90,7 @@ class CarriedPlatform:
 
     @property
     def others(self) -> tuple[Joint, ...]:
-        """Return the moving main-chain joints in `before` and `behind`."""
+        """Return the moving joints of the main chain before and after the platform."""
         return tuple(j for j in (*self.before, *self.behind) if j.kind != "fixed")
 
     def place(self, work: Work, entries: Sequence[sp.Expr]) -> list[sp.Expr]:
@@ -137,7 +137,7 @@ def carried_platform(h: SolvedLoops) -> CarriedPlatform | str:
 
 
 def keeps_planes(h: SolvedLoops) -> bool:
-    """Whether the chain has a platform, further joints, and legs that keep balls in planes."""
+    """Whether the chain has joints besides a platform whose legs keep ball joints in planes."""
     parts = _parts(h)
     return not isinstance(parts, str) and not isinstance(_planes(h, parts, _robot(h, parts)), str)
 

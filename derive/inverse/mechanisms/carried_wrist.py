@@ -95,7 +95,7 @@ class CarriedWrist:
     axes: Lines
 
     given = ()
-    """Joints whose values are inputs of ``ik``. A wrist on a platform has no such joints."""
+    """Indices of the joints whose values are inputs of ``ik``: none for a wrist on a platform."""
     solver, solutions, label = SOLVER, ROTATIONS, "platform rotation"
     """Name of the C solver, its maximum number of solutions, and the name of a solution."""
 

@@ -31,8 +31,8 @@ def chain_inverse(
 ) -> Inverses | None:
     """Return the inverse kinematics, or None if shared C code cannot solve the main chain.
 
-    The function also returns None if the loops couple joints of the main chain or have no closed
-    form.
+    ``chain_inverse`` also returns None if the loops couple joints of the main chain or have no
+    closed form.
 
     Args:
         hybrid: The robot.

@@ -2,7 +2,8 @@
 
 In the space of actuated coordinates, a straight line connects the reference configuration with each
 sampled configuration. Newton's method closes the loops at several points on each straight line,
-with a few steps at each point. All straight lines are followed at the same time.
+with a few steps at each point. Newton's method follows the straight lines of all sampled
+configurations at the same time.
 """
 
 import numpy as np
@@ -15,9 +16,10 @@ from ...terms.casadi_graph import lower
 
 FloatArray = NDArray[np.float64]
 STATIONS, STEPS, LAST_STEPS = 4, 2, 4
-"""Number of points on the line from the reference to a configuration, Newton steps per point, and
-Newton steps at the last point. If Newton's method needs more than LAST_STEPS steps at the last
-point, for example near a singularity, the configuration counts as not converged."""
+"""Number of points on the line from the reference to a configuration, number of Newton steps at
+each point before the last, and number at the last point. If Newton's method needs more than
+LAST_STEPS steps at the last point, for example near a singularity, the configuration counts as not
+converged."""
 
 
 class Followed:

@@ -291,8 +291,8 @@ def _on_chain(
     margins = [margin for _, margin in solution.margins]
     values = substituted(terms, [*entries, *margins], dict(zip(loops.theta, joints, strict=True)))
     q, closing = values[: len(entries)], values[len(entries) :]
-    # The loops of the built robot differ from the design, so only the tool pose of the main chain
-    # is compared with the target.
+    # The loops of the built robot differ from the loops of the design, so only the tool pose of the
+    # main chain is compared with the target.
     residual = _chain_residual(design, joints) if loops is built else _residual(design, q)
     if built is None:
         residual = _while_closed(design, residual, closing)

@@ -2,15 +2,15 @@
 
 Each leg is a serial arm between two bodies with known poses.
 
-A leg starts at a body with a known pose and ends at a joint that closes a loop. If the pose of the
-other body of this joint is also known, the leg is an arm whose last link has a known pose. A family
-of closed-form inverse kinematics solves the leg as such an arm. Examples with closed forms are the
-legs of a tripteron (one prismatic and three parallel joints per leg), of an Exechon, of a 3-UPU,
-and rods between universal joints.
+A leg starts at a body with a known pose and ends at a joint that closes a loop. The loop-closing
+joint connects the leg to another body. If the pose of this other body is also known, the leg is an
+arm whose last link has a known pose. A family of closed-form inverse kinematics solves the leg as
+such an arm. Examples with closed forms are the legs of a tripteron (one prismatic and three
+parallel joints per leg), of an Exechon, of a 3-UPU, and rods between universal joints.
 
 Several configurations of a leg can have the same actuated coordinate. A single solution slot
-represents all configurations of a leg with the same actuated coordinate. The residual of this
-solution slot is the smallest residual of these configurations.
+represents all configurations of a leg with the same actuated coordinate. The residual of the
+solution slot is the smallest residual of all configurations that the slot represents.
 """
 
 from collections.abc import Sequence

@@ -32,7 +32,7 @@ def leg_lengths(h: SolvedLoops) -> SymbolicFunction:
 
     A leg length is the distance between the end points of the leg. The residual of ``ik`` is the
     deviation of the target matrix T from a rigid pose. Every pose determines the leg lengths, but
-    forward kinematics with these leg lengths may return another assembly mode.
+    forward kinematics with these leg lengths may return the pose of another assembly mode.
     """
     terms, names = h.terms, [strut.name for strut in h.mechanism.struts]
     rows = [POSE_SYMBOLS[4 * i : 4 * i + 4] for i in range(3)]

@@ -2,9 +2,10 @@
 
 If a leg or a four-bar linkage has two branches, two actuator vectors lead to the same main-chain
 joints. Each loop with two branches adds a branch sign to the inverse kinematics. A branch sign that
-does not change the actuated coordinates is removed during the derivation. For example, the two
-solutions for the orientation of a translating platform lead to equal joint values of the legs. A
-loop branch that forward kinematics never reaches gives no inverse kinematics solutions.
+does not change the actuated coordinates is removed during the derivation. For example, the branch
+sign for the orientation of a translating platform is removed, because both orientations lead to
+equal joint values of the legs. A loop branch that forward kinematics never reaches gives no inverse
+kinematics solutions.
 """
 
 from collections.abc import Sequence
@@ -43,8 +44,7 @@ MAX_CHOICES = 9
 """Maximum number of branch signs of an inverse kinematics function. Nine branch signs distinguish
 2^9 = 512 solutions.
 
-If a robot needs more branch signs, the loops beyond the maximum have no branch sign and stay on the
-reference branch.
+If a function would need more branch signs, its loops have none and stay on the reference branch.
 """
 
 
@@ -112,7 +112,7 @@ def unused_sides(built: SolvedLoops, start: Solved, given: Sequence[int] = ()) -
 
     Args:
         built: The robot as built.
-        start: Inverse kinematics that gives the start values on all loop branches.
+        start: Inverse kinematics that gives start values for Newton's method on all loop branches.
         given: Indices of the main-chain joints that are inputs of the inverse kinematics function.
     """
     function, of_loops = start.function, choices_of_loops(start.work)
@@ -154,7 +154,7 @@ def idle_choices(
 
     Returns:
         Two sets of branch sign indices. Branch signs of the first set do not change the actuated
-        coordinates. Branch signs of the second set give no solution if their value is -1.
+        coordinates. A branch sign of the second set gives no solution if its value is -1.
     """
     if within is None:
         within = RECOVERED * min(hybrid.backward.reference.size, 1.0)
@@ -240,9 +240,9 @@ def _configurations(hybrid: SolvedLoops, part: float) -> FloatArray:
     """Return the reference and random configurations as actuated coordinates (N, n).
 
     Random actuated coordinates lie within the coordinate limits. Angles without limits differ from
-    the reference by at most half a turn. Lengths without limits differ from the reference by at
-    most ``part`` times the mechanism size. If ``part`` is small, the random configurations stay on
-    one side of the dead points of the loops.
+    the reference by at most half a turn. Length coordinates without limits differ from the
+    reference by at most ``part`` times the mechanism size. If ``part`` is small, the random
+    configurations stay on one side of the dead points of the loops.
     """
     low, high = [], []
     for c in hybrid.mechanism.coordinates:

@@ -75,7 +75,7 @@ class ModeTables(Tables):
     Attributes:
         size: The length of the mechanism (meter), which scales the length tolerances.
         angles: (n,) reference angles (radian) of the actuated coordinates. A reference angle is NaN
-            unless the coordinate is revolute and moves its joint with ratio 1.
+            if the coordinate is not revolute or moves its joint with a ratio other than 1.
     """
 
     size: float

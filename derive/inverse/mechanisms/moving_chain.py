@@ -34,7 +34,7 @@ class MovingChain:
 
     Attributes:
         whole: The main chain.
-        robot: The main chain, in which fixed joints replace the locked joints.
+        robot: The main chain, with fixed joints in place of the joints that the loops lock.
         lines: Axes of the moving joints, numbered by their indices in the whole chain.
         found: The structure of axes that matches the axes of the moving joints.
         locked: The value of each locked joint, keyed by its number in the whole chain.

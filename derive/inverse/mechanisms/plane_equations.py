@@ -5,8 +5,9 @@ joints before the legs and the joints on the platform.
 
 Let B be the pose, in the base frame, of the body at which the legs start. Let W be the tool pose in
 the platform frame. For the tool pose T, the platform pose relative to the body at which the legs
-start is B^-1 T W^-1. Each joint contributes a factor to B^-1 or W^-1. The factor of each joint is
-linear in the cosine and sine of the joint angle, or in the joint displacement.
+start is B^-1 T W^-1. Each joint contributes a factor to B^-1 or W^-1. The factor that a joint
+contributes to B^-1 or W^-1 is linear in the cosine and sine of the joint angle, or in the joint
+displacement.
 """
 
 from collections.abc import Sequence
@@ -26,8 +27,8 @@ from .carried_platform import CarriedPlatform
 from .differences import FloatArray
 
 RANK = 1e-6
-"""Minimum ratio of the smallest to the largest singular value of plane equations that determine the
-unknowns."""
+"""The plane equations determine the unknowns if the ratio of their smallest to their largest
+singular value is at least this threshold."""
 ZERO = 1e-12
 """A coefficient counts as constant if it changes by at most this fraction of its value."""
 SAMPLES = 8
@@ -41,11 +42,11 @@ placement after these joints."""
 
 @dataclass(frozen=True)
 class JointMap:
-    """The inverse pose of a joint as a sum of constant matrices times functions of the coordinate.
+    """The inverse pose of a joint, as a sum of constant matrices times functions of its coordinate.
 
     Attributes:
-        joint: Index of the joint in the list of the joints before the platform, followed by the
-            joints on the platform.
+        joint: Index of the joint in a list of the moving joints: first the joints before the
+            platform, then the joints on the platform.
         is_slide: Whether the joint is prismatic.
         parts: Matrices (4, 4) that multiply 1, cosine and sine of an angle, or 1, a displacement
             and 0.

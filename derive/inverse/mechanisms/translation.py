@@ -49,8 +49,8 @@ class Slides:
     Attributes:
         values: Displacements of the virtual prismatic joints as functions of the actuated
             coordinates.
-        weights: Matrix that converts the displacements to the values of the prismatic joints of the
-            shortened chain, with one row for each of these joints.
+        weights: Matrix that converts the virtual displacements to the values of the prismatic
+            joints in the shortened chain, with one row per prismatic joint.
     """
 
     values: tuple[sp.Expr, ...]
@@ -62,7 +62,7 @@ class Translating:
     """A chain in which virtual prismatic joints replace several joints.
 
     Attributes:
-        lines: Axes of the shortened chain, in which virtual joints have the highest indices.
+        lines: Axes of the shortened chain. The virtual joints have the highest joint indices.
         home: The tool pose (axes and origin) with all joints at zero.
         slides: The virtual prismatic joints.
     """
@@ -158,7 +158,7 @@ def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = Non
 def _independent(
     terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
-    """Return (basis of the directions of prismatic joints, components of each direction)."""
+    """Return axes that span all prismatic directions, and the directions in this basis."""
     kept: list[Axis] = []
     for axis in slides:
         directions = [a.direction for a in (*kept, axis)]
@@ -183,8 +183,8 @@ def actuators_of(
     equation that must be linear in the cosine and sine of the crank angle.
 
     Args:
-        work: Record of the solution with solved prismatic displacements, to which the function adds
-            solution steps.
+        work: Record of the solution, which already contains the prismatic displacements and
+            receives the new solution steps.
         moved: The shortened chain.
         q: The actuated coordinates.
 
@@ -229,7 +229,7 @@ def _two(
     rest: Sequence[sp.Expr],
     lengths: Sequence[sp.Expr],
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """Solve ``rates[j] along + rest[j](crank) = lengths[j]``, j = 0, 1, for along and crank."""
+    """Solve ``rates[j] along + rest[j](crank) = lengths[j]`` (j = 0, 1) for along and crank."""
     terms, (along, crank) = work.terms, unknown
     alone = sp.expand(rates[1] * rest[0] - rates[0] * rest[1])
     a, b = (sp.expand(alone).coeff(f(crank)) for f in (sp.cos, sp.sin))

@@ -40,8 +40,8 @@ def dependent_lengths(
     Args:
         terms: Table of named terms.
         directions: The unit directions of the joints.
-        displacement: The displacement vector, of which the joints produce only the component in the
-            span of their directions.
+        displacement: The displacement vector. The joints produce only its component in the span of
+            the joint directions.
     """
     if len(directions) < _TRIPLE:
         return [found.length for found in in_order(terms, directions, displacement)]
@@ -76,9 +76,9 @@ def _widest_last(terms: Terms, directions: Sequence[Vector]) -> tuple[OneOf, lis
 
     The returned values are a selector function and the permuted directions.
 
-    The last two permuted directions have the largest angle between them. The selector function
-    takes three arguments and returns argument k, where ``directions[k]`` is the first permuted
-    direction.
+    The sine of the angle between two directions is largest for the last two permuted directions.
+    The selector function takes three arguments and returns argument k, where ``directions[k]`` is
+    the first permuted direction.
     """
     squares = [squared_sine(terms, directions[k - 2], directions[k - 1]) for k in range(_TRIPLE)]
     is_first = sp.And(squares[0] >= squares[1], squares[0] >= squares[2])

@@ -88,7 +88,7 @@ def _state(
     turns: dict[int, CosSin],
     lengths: dict[int, sp.Expr],
 ) -> _State:
-    """Return the joint values with their twist to the target pose, squared error and Jacobian."""
+    """Return the joint values, the twist from tool to target, the squared error and Jacobian."""
     let, zero = terms.let, (ZERO, ZERO, ZERO)
     scale = let(sp.Float(1 / (lines.length or 1.0), 20))
     tool = target.home
@@ -121,9 +121,8 @@ def _state(
     tilts = [cross(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     tilt = combination(terms, (sp.Rational(1, 2),) * 3, (tilts[0], tilts[1], tilts[2]))
     error = [*(let(scale * v) for v in off), *tilt]
-    # The vector ``tilt`` is 0 not only without a rotation error, but also for a rotation error of
-    # 180 degrees. The squared error therefore uses the differences between the axes of the tool
-    # frame and the target frame.
+    # The vector ``tilt`` is 0 if the rotation error is 0 or 180 degrees. The squared error
+    # therefore uses the differences between the axes of the tool frame and the target frame.
     apart = [subtracted(terms, e, wanted) for e, wanted in zip(basis, target.axes, strict=True)]
     square = let(
         sum((v**2 for v in error[:3]), ZERO) + let(sum((dot(terms, d, d) for d in apart), ZERO) / 2)

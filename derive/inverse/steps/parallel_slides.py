@@ -58,8 +58,8 @@ def telescope(
     is_between = place == 1
     along = rotated(terms, first.h, total, slide.h) if place == len(axes) - 1 else slide.h
     # If the telescope is between the two revolute axes, its stroke is a part of the triangle side
-    # between these axes. If the telescope is before or after both axes, its stroke shifts the
-    # required position of the second axis.
+    # between these axes. If the telescope is before or after both revolute axes, its stroke shifts
+    # the required position of the second revolute axis.
     u = along if is_between else combination(terms, (sp.Integer(-1),), (along,))
     longer, other = (upper, displacement) if is_between else (displacement, upper)
     length = work.slide(

@@ -50,7 +50,7 @@ def turn_to_plane(
         position: The target position of the point.
         reason: The reason why no other joint moves the point along the second axis.
         sides: Vectors along the links. If the first and the second axis are parallel, the angle of
-            joint 1 is selected so that these links reach the target.
+            joint 1 is selected so that the links in `sides` reach the target.
 
     Returns:
         Two values: the target position relative to the second axis, rotated back by joint 1, and
@@ -189,8 +189,8 @@ def turned_to_plane(
 ) -> tuple[Vector, CosSin]:
     """Solve for joint 1, which rotates the arm plane so that the plane contains a position.
 
-    The function returns the target position relative to the first parallel axis, rotated back by
-    joint 1, and the rotation of joint 1.
+    The first returned value is the target position relative to the first parallel axis, in axes
+    that rotate with joint 1. The second returned value is the rotation of joint 1.
     """
     a1, a2 = lines.axes[0], in_plane(lines)[0]
     reason = "the other joints move the point in the plane of the arm"

@@ -71,9 +71,9 @@ def turn_in_reach(
 def hypotenuse2(terms: Terms, axis: Vector, *sides: Vector) -> sp.Expr:
     """Sum the squared lengths of link vectors, without their components along an axis.
 
-    For two links at a right angle, the square root of the sum is the distance between the outer
-    ends of the links. The two links can always reach a point at this distance if the elbow angle is
-    free.
+    For two links at a right angle, the square root of the returned sum is the distance between the
+    outer ends of the links. The two links can always reach a point at this distance if the elbow
+    angle is free.
     """
     flat = [perpendicular(terms, axis, side) for side in sides]
     return terms.let(sum((dot(terms, side, side) for side in flat), sp.S.Zero))

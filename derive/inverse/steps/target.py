@@ -62,7 +62,7 @@ class Target:
         return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.position)
 
     def shifted(self, terms: Terms, by: Vector) -> "Target":
-        """Remove a final translation from the displacement: ``G Trans(by)^-1``."""
+        """Return ``G Trans(by)^-1``, the displacement G without a final translation."""
         return Target(self.axes, added(terms, self.home, by), self.position)
 
 

@@ -38,7 +38,8 @@ from .triangle import triangle
 from .work import Work
 
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Type of a function that solves for three joints, which move a point to its target W."""
+"""Type of a function that solves for the values of three joints that move a point to its target W.
+"""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Case:
         kinds: One letter per joint: r for revolute, p for prismatic.
         title: The arrangement in words, such as "axes 2 and 3 are parallel".
         max_solutions: The maximum number of solutions.
-        requires: Function that returns the conditions on the axes of the chain.
+        requires: Function that returns the conditions that the arrangement imposes on the joint
+            axes.
         solve: Function that solves for the values of the three joints.
     """
 

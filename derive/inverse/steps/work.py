@@ -25,8 +25,8 @@ class InverseStep:
         method: The solution method, for example "subproblem 4".
         reason: The reason why the equation of the step contains no other unknown joint.
         found: The angle or displacement that the step computes, with its equation.
-        degenerate: The poses that do not determine the joint value, and the joint value that is
-            selected at these poses.
+        degenerate: Text that names the poses at which the joint value is arbitrary, and the joint
+            value that is selected at these poses.
     """
 
     joints: tuple[str, ...]
@@ -45,7 +45,8 @@ class NamedVector:
             parameters are not used for the vector.
         meaning: Description of the vector.
         vector: The components of the vector in base axes, in meters if the vector is a position.
-        after: Number of solution steps recorded before the vector, on which the vector may depend.
+        after: Number of solution steps that are recorded before the vector. The vector may depend
+            on these steps.
     """
 
     letters: tuple[str, ...]

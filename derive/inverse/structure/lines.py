@@ -35,7 +35,8 @@ Frame = tuple[Basis, Vector]
 MAX_ADDENDS = 16
 """Maximum number of addends of a symbolic constant that is expanded."""
 TOOL_AXIS, ADDED_AXIS = "tool_axis", "added_axis"
-"""Names of joints that are added on the tool axis, and on any other axis."""
+"""Name of a joint that is added on the tool axis, and name of a joint that is added on any other
+axis."""
 SOME_SLIDE = 0.6180339887
 """Generic value of prismatic joints (meter)."""
 SOME_TURN = 0.7548776662
@@ -162,8 +163,8 @@ def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
 def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
     """Return the axis through the point p in the direction h.
 
-    The stored point of a revolute axis is the axis point nearest to the base origin, and that of a
-    prismatic axis is the base origin.
+    The stored point of a revolute axis is the axis point nearest to the base origin. The stored
+    point of a prismatic axis is the base origin.
     """
     h = named(terms, (_short(terms, component) for component in h))
     written = [_short(terms, component) for component in p]
@@ -288,8 +289,8 @@ class Lines:
     def meeting_deviation(self, indices: Sequence[int]) -> float:
         """Return how far axes are from intersecting in one point, relative to the arm length.
 
-        The deviation is the largest distance between an axis and the point with the least sum of
-        squared distances to all axes.
+        Let C be the point with the least sum of squared distances to all axes. The deviation is the
+        largest distance between C and an axis.
 
         For parallel axes, the deviation is infinite, because these axes intersect at infinity.
         """

@@ -21,9 +21,9 @@ class Requirement:
 
     Attributes:
         text: Description of the condition.
-        deviation: Deviation of the axes from the condition, 0 if the condition holds: the sine of
-            an angle, or a distance divided by the arm length. The deviation is infinite if no small
-            change of the arm can satisfy the condition.
+        deviation: Deviation of the axes from the condition, as the sine of an angle or as a
+            distance divided by the arm length. The deviation is 0 if the condition holds. The
+            deviation is infinite if no small change of the arm can satisfy the condition.
         is_length: Whether the deviation is a distance.
         parallel: Axes that must be parallel, if any.
         meeting: Axes that must intersect, if any.
@@ -47,8 +47,8 @@ class Requirement:
         """
         several = "up to " if max(len(self.parallel), len(self.meeting)) > _PAIR else ""
         if self.is_length:
-            # The point nearest to two axes is midway between these axes, so their distance is twice
-            # the deviation.
+            # The point nearest to two axes is midway between these axes, so the distance between
+            # the axes is twice the deviation.
             sides = _PAIR if len(self.meeting) == _PAIR else 1
             return f"{several}{_MILLI * sides * self.deviation * (length or 1.0):.3g} mm"
         angle = math.asin(min(self.deviation, 1.0))

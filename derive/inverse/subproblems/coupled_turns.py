@@ -19,16 +19,16 @@ for a root would subtract two nearly equal numbers, the root is computed from th
 roots. The difference ``1 - w`` is computed in the same way as w, as a root of its own quadratic
 equation. The discriminant of the quadratic equation is ``-4 a (x - h.v)``, where ``x = h.p - b^2 /
 4 a`` is the extreme component of the rotated vector along h. The components along h at theta = 0,
-at theta = pi and at the extreme may be exactly 1 or -1. If such a component is 1, its difference
-from h.v is computed as half the squared length of ``h - v``. If such a component is -1, its
+at theta = pi and at the extreme may be exactly 1 or -1. If a component along h is 1, its difference
+from h.v is computed as half the squared length of ``h - v``. If a component along h is -1, its
 difference from h.v is computed as minus half the squared length of ``h + v``. Therefore, the
 solutions of a straight or folded wrist are as accurate as all other solutions.
 
 Boundary: two solutions coincide at a double root w, at w = 0 and at w = 1. Solutions that differ
 only by rounding errors are merged, as in subproblem 4.
 
-Degenerate: the coefficient a is 0 if k1 and k2, h and k1, or p and k2 are parallel. None of these
-three pairs of vectors may be parallel.
+Degenerate: the coefficient a is 0 if the vectors of one of the pairs (k1, k2), (h, k1) and (p, k2)
+are parallel. None of these three pairs of vectors may be parallel.
 
 Source: elementary.
 """

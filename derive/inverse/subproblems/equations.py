@@ -18,7 +18,11 @@ Rows = tuple[Pair, Pair]
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation whose fields are its coefficients: numbers, vectors or matrix rows."""
+    """Base class of equations.
+
+    The fields of each subclass are the coefficients of the equation: numbers, vectors or matrix
+    rows.
+    """
 
     @property
     def coefficients(self) -> tuple[sp.Expr, ...]:

@@ -18,7 +18,7 @@ choice, two coincident roots of the quartic lie on the same line, so no accuracy
 root tau of the cubic is never used, because its accuracy is only 1e-8. Newton's method computes tau
 and converges monotonically, because the start value and the other roots are on opposite sides of
 tau. If the root tau farthest from the other roots is outside [-1, 1], the conic does not intersect
-the unit circle. In this case, a quadratic equation gives the other two roots tau.
+the unit circle. In this case, a quadratic equation gives the other two roots tau of the cubic.
 
 If tau > 0, x and y are exchanged, which changes the sign of tau. After the exchange, t = 1 + tau is
 always in [0, 1]. Newton's method refines the root t of ``t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t
@@ -193,7 +193,7 @@ def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
 
 
 def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
-    """Return a root tau of the cubic in [-1, 1], if possible farthest from the other roots."""
+    """Return a root tau in [-1, 1] of the cubic, if possible the root farthest from the others."""
     let = terms.let
     middle = let(r / 3)
     total = let(P + Q)

@@ -47,8 +47,8 @@ def sp3(
         k: The axis.
         p0: The fixed vector.
         p: The rotated vector.
-        across2: The value ``D'^2``: the squared length of ``p0 + R p`` without its component along
-            k. See ``squared_across``.
+        across2: ``D'^2``, the squared length of the component of ``p0 + R p`` perpendicular to k.
+            See ``squared_across``.
         sign: The sign of sin(phi), which selects one of the two angles.
         rounding: The number to which the rounding error of ``D'^2`` is proportional, by default
             ``D'^2`` itself. If ``D'^2`` is computed by subtracting a value from ``D^2``, pass
@@ -81,8 +81,8 @@ def by_cosine(
     """Solve subproblem 3 with fewer operations than ``sp3``.
 
     Near a folded or stretched elbow, only half of the digits of the angle are correct. Use
-    ``by_cosine`` only where every angle is a solution and the returned angle is merely the
-    preferred one.
+    ``by_cosine`` only for steps in which every angle is a solution, so that an inaccurate angle
+    does no harm.
     """
     _, (a, b, e) = _line(terms, k, p0, p, across2)
     return on_line(terms, a, b, e, sign, terms.let(terms.let(a**2 + b**2) - e**2)).turn

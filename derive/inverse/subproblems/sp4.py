@@ -11,14 +11,14 @@ If the line misses the unit circle, xi is set to 0, which gives the point of the
 the line.
 
 Boundary: at xi = 0, the two solutions coincide. The rounding error of xi^2 is about 1e-16 (a^2 +
-b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2).
-Without merging, a rounding error would move a double solution by 1e-8 rad, and later solution steps
-would not detect the singularity. Merging changes the component along h by a relative amount of only
-4e-15.
+b^2). Therefore, the two solutions are merged if xi^2 is less than MEETING_SOLUTIONS (a^2 + b^2). If
+nearly equal solutions were not merged, rounding errors would move them by 1e-8 rad, and later
+solution steps would not detect the singularity. Merging two nearly equal solutions changes the
+component of the rotated vector along h by a relative amount of only 4e-15.
 
 Degenerate: if a = b = 0, the angle is arbitrary and set to 0. For some robot dimensions, a = b = 0
-for every target. If a = b = 0 for every target, only e determines whether a target is reachable,
-and the solution step has no margin.
+for every target. If a = b = 0 for every target, a target is reachable only if e = 0, and the
+solution step has no margin.
 
 Source: Elias and Wen 2022, subproblem 4.
 """
@@ -92,7 +92,7 @@ def near_line(
     scale: sp.Expr,
     are_two: sp.Basic | None = None,
 ) -> FoundTurn:
-    """Solve the equation of ``on_line`` for an inexact xi2, and normalize cosine and sine.
+    """Solve the same equation as ``on_line`` for an inexact xi2, and normalize cosine and sine.
 
     Args:
         terms: Table of named terms.

@@ -85,7 +85,7 @@ def sp5(
         k1: Unit vector of the first axis.
         p1: The vector that rotates about the first axis.
         k2: Unit vector of the second axis.
-        p2: The vector that rotates only about the second axis.
+        p2: The vector that rotates about the second axis but not about the third.
         k3: Unit vector of the third axis.
         p3: The vector that rotates first about the third axis and then about the second axis.
         signs: Two symbols (1 or -1), whose four combinations select all four solutions.
@@ -182,9 +182,9 @@ class _Loop:
 
         Both equations are expanded to second order in theta1 and theta3.
 
-        The step is kept only if it reduces the closure error of the vector loop. Let v' and w' be
-        the components of v and w normal to k2. The equations are ``k2.(v - w) = 0`` and ``(|v'|^2 -
-        |w'|^2) / (2 L) = 0``. Both equations are as accurate as v' and w'.
+        The new angles are kept only if they reduce the closure error of the vector loop. Let v' and
+        w' be the components of v and w normal to k2. The equations are ``k2.(v - w) = 0`` and
+        ``(|v'|^2 - |w'|^2) / (2 L) = 0``. Both equations are as accurate as v' and w'.
         """
         let = terms.let
         first, _, third = state.turns

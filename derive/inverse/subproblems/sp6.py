@@ -13,10 +13,10 @@ may be singular. Only the combined matrix ``[A1 A2]`` must have rank 2. Two Hous
 give X and N. Newton steps, which are damped near singular Jacobians, then refine the two angles. A
 Newton step is used only if it reduces the error of the equations.
 
-Labels: the second branch sign is the sign of the Jacobian determinant, which changes only at double
-solutions. The first branch sign distinguishes two solutions with equal second branch signs. If A1,
-A2 and b change along a closed path, two solutions with equal second branch signs may change places.
-If two solutions change places, their first branch signs jump somewhere on the closed path.
+Labels: the second branch sign is the sign of the Jacobian determinant. This sign changes only at
+double solutions. The first branch sign distinguishes two solutions with equal second branch signs.
+If A1, A2 and b change along a closed path, two solutions with equal second branch signs may change
+places. If two solutions change places, their first branch signs jump somewhere on the closed path.
 
 Boundary: at a double solution, the determinant of the Jacobian is 0.
 
@@ -76,7 +76,7 @@ def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
         A1: Coefficients of sin and cos of theta1, one row per equation.
         A2: Coefficients of sin and cos of theta2.
         b: Right-hand sides.
-        signs: Two sign symbols (1 or -1), whose four combinations give all solutions.
+        signs: Two symbols for branch signs (1 or -1), whose four combinations give all solutions.
     """
     found = algebraic(terms, A1, A2, b, signs)
     angles = found.first, found.second

@@ -26,7 +26,7 @@ class CosSin:
         return CosSin(self.c, -self.s)
 
     def counted(self, sign: int) -> "CosSin":
-        """Return this rotation if ``sign`` is 1, or the opposite rotation if ``sign`` is -1."""
+        """Return this rotation if ``sign`` is 1, or the inverse rotation if ``sign`` is -1."""
         return self if sign == 1 else self.back
 
 
@@ -44,8 +44,8 @@ def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, is_regular: bool = False)
         terms: Table of named terms.
         x: First component.
         y: Second component.
-        is_regular: Whether the vector (x, y) is nonzero for all inputs. With ``is_regular``, the
-            vectors (x, y) and (-x, -y) give the same terms with opposite signs.
+        is_regular: Whether the vector (x, y) is nonzero for all inputs. If ``is_regular`` is True,
+            the cosine and sine for (-x, -y) are the negated terms for (x, y).
     """
     if y == 0 and x == 1:
         return NO_TURN

@@ -111,8 +111,8 @@ def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     not used, because it ignores NaN. With fmax, a pose whose loops cannot be closed would count as
     solved.
 
-    The residual is computed without a comparison, because a SymPy comparison of real numbers would
-    not propagate NaN.
+    The larger value is computed with absolute values instead of a comparison, because a SymPy
+    comparison of real numbers would not propagate NaN.
     """
     twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
     return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))

@@ -47,8 +47,8 @@ class Solved:
         function: The generated function.
         work: The values of the solved joints, and the solution steps.
         given: Names of the fixed joints.
-        inputs: Inputs other than the pose and the fixed joints, with their letters in the LaTeX
-            article.
+        inputs: Inputs of the task except the pose and the fixed joints, with their letters in the
+            LaTeX article.
     """
 
     function: SymbolicFunction
@@ -75,7 +75,7 @@ def _always(_robot: SerialRobot, _lines: Lines) -> bool:
 class Task:
     """An additional task that a family solves, such as a position instead of a full pose.
 
-    An additional task requires a chain without fixed or added joints.
+    An additional task applies only to a chain without fixed or added joints.
 
     Attributes:
         name: The name of the generated function, for example ``ik_position``.

@@ -104,7 +104,7 @@ def description(page: CoupledPage) -> str:
 
 
 def couplings(page: CoupledPage) -> str:
-    """Print the joint positions as functions of the coordinates, and the inverse relation."""
+    """Print the joint positions as functions of the coordinates, and vice versa."""
     own, printer = page.robot.linear_map, page.chain.equations.printer
     theta = page.chain.equations.notation.q
     forward = zip(theta, own.at(page.q), strict=True)

@@ -9,8 +9,8 @@ from ..setting.printer import Printer, number
 from . import tables
 
 _FEW = 2
-"""Maximum number of consecutive symbols that are printed in full. Of a longer sequence of symbols,
-only the first and the last symbol are printed."""
+"""Maximum number of consecutive symbols that are printed in full. If a sequence of symbols is
+longer, only its first and last symbol are printed."""
 
 
 def parameter_table(found: Sequence[GeometryParameter], printer: Printer) -> str:

@@ -17,8 +17,8 @@ WHOLE = 6
 WIDEST = 0.8 * LINE
 """Maximum width (pt) of a determinant or condition that is printed on one line."""
 PLACES = {"rad": 3, "m": 5}
-"""Numbers of decimals of printed degrees and meters. Rounding errors are at most 1e-5 rad or 1e-5
-m."""
+"""Numbers of decimal places of printed angles (degree) and lengths (meter). Rounding errors are at
+most 1e-5 rad or 1e-5 m."""
 
 
 _REGULAR = "The Jacobian has full rank in every configuration: the robot has no singularity."

@@ -80,7 +80,7 @@ def transform_table(robot: SerialRobot, notation: Notation, printer: Printer) ->
 
 
 def counts_moving(robot: SerialRobot) -> bool:
-    """Whether the moving joints have separate numbers, which do not count the fixed joints."""
+    """Whether the moving joints are numbered separately, without counting the fixed joints."""
     return len(robot.moving) < len(robot.joints) and first_number(robot) == 1
 
 
@@ -250,7 +250,7 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 def constant_table(notation: Notation, printer: Printer) -> str:
     """Return the tables of named constants.
 
-    Constants without a short exact form are in a second table of decimals.
+    A second table lists the decimal values of constants without a short exact form.
     """
     exact, decimals = [], []
     values = notation.values()

@@ -18,13 +18,14 @@ _DIRECTIONS = [
 _NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
 """Minimum distance of a label from its point, and the additional distances that are tried."""
 _AFAR = 40
-"""Minimum additional distance at which a leader line connects a label to its point."""
+"""If the additional distance of a label reaches this value, a leader line connects the label to its
+point."""
 _AWAY = 1.2
 """Cost per unit of distance between a label and its point."""
 _GAP = 6
 """Distance between the end of a leader line and the label."""
 _CROSSED = 3
-"""Cost of a label that covers drawn lines, per unit of covered line length."""
+"""Cost of a label per unit of drawn line length that it covers."""
 _LEVEL, _STEEP = 380, 380
 """The direction from a point to its label determines the anchor of the label. If the magnitude of
 the horizontal component exceeds `_LEVEL` (per mille), the label is anchored at its left or right
@@ -96,8 +97,8 @@ class Obstacles:
 
     Attributes:
         lines: Start, end and half width of each line that no label should cross.
-        outlines: Start, end and half width of each body outline. Loop numbers cross body outlines
-            at a lower cost than other labels.
+        outlines: Start, end and half width of each body outline. A label that crosses a body
+            outline costs less if it is a loop number.
         boxes: Areas of labels and symbols that no other label should cover.
         plates: Filled polygons. A label covers a filled polygon only if no other position is free.
     """

@@ -225,7 +225,8 @@ class Marks:
     # --- joints ---
 
     def _hinges(self) -> None:
-        # If hinges share a point, the actuated hinge is drawn on top of the other hinges.
+        # If several hinges are at one point, the actuated hinge is drawn on top of the other
+        # hinges.
         for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 

@@ -109,8 +109,8 @@ class Scene:
         loops: The corners of each loop, in the order of the description.
         tool: The tool frame (4, 4).
         base: The base frame (4, 4), or None if the base frame is not drawn.
-        foot: End points of the line from the ground to a single base joint above the ground, or
-            None without such a line.
+        foot: End points of the line from the ground to the robot's only base joint, or None if the
+            drawing has no such line.
     """
 
     solids: Sequence[Solid]
@@ -137,8 +137,8 @@ class DrawnMembers:
     """Properties of the joints, struts and loops that a drawing shows.
 
     Attributes:
-        coordinates: Number (1, 2, ...) of the coordinate that moves a joint or cylinder, keyed by
-            the name of the joint or cylinder.
+        coordinates: Numbers (1, 2, ...) of the actuated coordinates, keyed by the name of the joint
+            or cylinder that each coordinate moves.
         main: Names of the main-chain joints.
         loops: The loops.
     """

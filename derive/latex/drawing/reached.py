@@ -70,7 +70,7 @@ class ToolPosition:
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
         upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
-            on this axis, or None without such a coordinate.
+            on this axis. ``upright`` is None if no coordinate does so.
     """
 
     at: Callable[[Array], Array]
@@ -139,18 +139,18 @@ def reached(skeleton: Skeleton) -> ToolRegion | None:
 
     If the tool stays in a coordinate plane, the tool's region lies in this plane. Joint angles
     without limits cover one revolution. The sampled configurations fill the box of coordinate
-    ranges evenly. In sample k, each coordinate value is k times the square root of a prime, modulo
-    1, as a fraction of the coordinate range. Further samples near the boundary of the region make
-    its outline accurate. The size of the grid cells is not a simple fraction of robot lengths, so
-    that machine-dependent rounding errors do not change the region.
+    ranges evenly. In sample k, each coordinate is at the fraction ``k sqrt(p) mod 1`` of its range,
+    with a different prime p for each coordinate. Further samples near the boundary of the region
+    make its outline accurate. The size of the grid cells is not a simple fraction of robot lengths,
+    so that machine-dependent rounding errors do not change the region.
 
     Args:
         skeleton: The bodies of a serial robot.
 
     Returns:
         The region, or None if the first axis is not vertical and the tool leaves every coordinate
-        plane. The function also returns None if the region has zero area, a prismatic joint lacks a
-        limit, or the robot has more than twelve coordinates.
+        plane. The function also returns None for a region of zero area, a prismatic joint that
+        lacks a limit, or more than twelve coordinates.
     """
     own: dict[int, tuple[bool, float | None, float | None]] = {}
     for body in skeleton.bodies:

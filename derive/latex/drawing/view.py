@@ -20,9 +20,9 @@ def view(
     """Return the view directions of the drawing, and whether the drawing is planar.
 
     If all planar loops have parallel planes, the robot is viewed along the common normal of these
-    planes. The z axis of the base points upwards if it is parallel to the planes. Planar robots
-    without loops are viewed along their parallel joint axes. Robots that are not planar are viewed
-    obliquely from above.
+    planes. If the z axis of the base is parallel to these planes, it points upwards in the drawing.
+    Planar robots without loops are viewed along their parallel joint axes. Robots that are not
+    planar are viewed obliquely from above.
 
     Args:
         mechanism: The description.

@@ -208,7 +208,7 @@ def _step(page: Page, printed: PrintedInverseStep) -> str:
 def _repeated(page: Page, task: PrintedTask, earlier: PrintedTask) -> int:
     """Return the number of initial steps that a task has in common with an earlier task.
 
-    The returned number is 0 if a later step of the task uses a term that the common steps define.
+    If a later step of the task uses a term that the common steps define, the returned number is 0.
     """
     own, other = _anonymous(page, task), _anonymous(page, earlier)
     same = [a == b for a, b in zip(own, other, strict=False)]

@@ -19,8 +19,8 @@ from .inverse_fragment import written
 def inverse_of_loops(page: LoopPage) -> str:
     """Print the inverse kinematics of the main chain."""
     chain = page.chain
-    # Of the inverse kinematics tasks of the main chain, only the complete pose is printed for a
-    # robot with loops.
+    # For a robot with loops, only the inverse kinematics of the main chain for a complete tool pose
+    # is printed, not the additional tasks.
     tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
     of_chain = replace(chain.inverse, solved=tasks)
     found = page.inverse

@@ -53,10 +53,10 @@ class InverseSymbols:
     """LaTeX symbols of an inverse kinematics task.
 
     Attributes:
-        notation: The short symbols of the robot, to which ``InverseSymbols`` adds the symbols of
-            the task.
+        notation: Notation with the robot's short symbols, to which ``InverseSymbols`` adds the
+            symbols of the task.
         letters: The letters that the LaTeX article does not use yet.
-        inputs: The printed symbol of each input of the task, keyed by its original symbol.
+        inputs: Printed symbols of the task's inputs, keyed by the original symbols.
         signs: Printed symbols of the branch signs (1 or -1) that select a solution.
         actuators: Printed symbols of the actuated coordinates that solution steps may determine,
             keyed by coordinate name.
@@ -125,8 +125,8 @@ class InverseSymbols:
         """Return the printed expression for the value of a joint."""
         slides = [axis.joint for axis in self._axes if not axis.turns]
         if not self.actuators and joint == len(self._robot.moving):
-            # The index after the last moving joint denotes the revolute joint that the inverse
-            # kinematics adds at the tool.
+            # An index one higher than that of the last moving joint denotes the revolute joint that
+            # the inverse kinematics adds at the tool.
             return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self._robot.moving[joint].direction * self.notation.q[joint]
@@ -137,7 +137,8 @@ class InverseSymbols:
     def angle(self, joints: Sequence[str], done: frozenset[int] = frozenset()) -> sp.Expr:
         """Return the signed angle sum of parallel joints.
 
-        A joint angle has a minus sign if the joint axis is opposite to the axis of the first joint.
+        If a joint axis is opposite to the axis of the first joint, the joint angle has a minus sign
+        in the sum.
 
         Args:
             joints: Names of the joints.

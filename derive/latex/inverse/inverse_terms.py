@@ -53,7 +53,7 @@ class InverseTerms(TermNames):
         return term in self.terms.definitions and term not in self.known
 
     def seed(self, turn: CosSin, angle: sp.Expr) -> None:
-        """Give printed symbols to the cosine and the sine of a solved angle."""
+        """Assign printed symbols to the cosine and the sine of a solved angle."""
         for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
             sign, term = value.as_coeff_Mul()
             if self.is_open(term) and not is_trigonometric(self.terms.definitions[term]):
@@ -127,8 +127,8 @@ class InverseTerms(TermNames):
     def value(self, expression: sp.Expr) -> sp.Expr:
         """Convert an expression to printed symbols.
 
-        Each term of the expression must already have a printed name or a definition that replaces
-        it.
+        Each named term in the expression must already have a printed name, or a definition that is
+        printed in its place.
         """
         self.name_long_factors(expression)
         known = {}

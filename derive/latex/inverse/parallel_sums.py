@@ -61,7 +61,7 @@ def merged(
         definitions: The definition of each named term.
         terms: The terms in definition order.
         pairs: The pairs of adjacent joints with parallel axes.
-        is_known: Function that states whether a term has a printed name. Terms with a printed name
+        is_known: Function that returns whether a term has a printed name. Terms with a printed name
             stay unchanged.
     """
     found: dict[sp.Symbol, sp.Expr] = {}

@@ -86,8 +86,8 @@ _RELATIONS: Mapping[type, Callable[[Any, str, FractionPrinter], str]] = {
     Direction: _solution_alone,
     LineAndPlane: _solution_alone,
 }
-"""Functions that print an equation with one unknown, keyed by equation type. The arguments of each
-function are the equation, the LaTeX name of the unknown, and the printer."""
+"""Functions that print an equation with one unknown, keyed by equation type. Each function takes
+the equation, the LaTeX name of the unknown, and the printer as arguments."""
 _JOINT_RELATIONS: Mapping[
     type, Callable[[Any, Sequence[sp.Expr], FractionPrinter], Iterable[str]]
 ] = {LoopOfThree: _loop_of_three, TwoEllipses: _two_ellipses}

@@ -48,8 +48,7 @@ class PrintedInverseStep:
         definitions: Definitions of the named terms and coefficients in the solution step, each of
             which depends only on earlier definitions.
         unknown: The coordinate or sum of coordinates that the step determines.
-        name: Symbol of the unknown coordinate, or a symbol that stands for the unknown sum of
-            coordinates.
+        name: Symbol of the unknown coordinate or of the unknown sum of coordinates.
         sense: The rotation angle of the step is ``sense`` (1 or -1) times ``name``.
         equation: The equation that the step solves, in printed symbols.
         solution: Terms whose sum is the unknown, or () if a quartic determines several unknowns.
@@ -86,8 +85,8 @@ class PrintedTask:
 
     Attributes:
         solved: The task.
-        inputs: Each input of the task, with its printed symbols.
-        signs: The printed symbols of the signs that select a solution.
+        inputs: Pairs of a task input and its printed symbols.
+        signs: The printed symbols of the branch signs (1 or -1) that select a solution.
         vectors: The vectors in the solution steps.
         definitions: Vector components that do not depend on any solution step.
         steps: The printed solution steps of the task.
@@ -121,7 +120,8 @@ def printed_task(
 
     Args:
         robot: The chain.
-        notation: The short symbols of the robot, to which the symbols of the task are added.
+        notation: Notation with the robot's short symbols, to which the function adds the symbols of
+            the task.
         lines: The axes of the chain.
         solved: The task.
         first: Number of the first printed solution step.

@@ -40,7 +40,8 @@ IDENTITY = "T is the pose that the arm reaches"
 class _ArmPage(Page):
     """The LaTeX article data of a serial arm inside a loop.
 
-    The symbol T is the pose of the arm's end in the frame of its first joint.
+    The LaTeX symbol T denotes the pose of the arm's end relative to the frame of the arm's first
+    joint.
     """
 
     @property
@@ -69,8 +70,8 @@ class OwnArm:
     def of(cls, page: LoopPage, arm: LoopArm) -> "OwnArm":
         """Return the arm without constant transforms at its ends.
 
-        The removed transforms are included in the poses of the end frames relative to the adjacent
-        bodies.
+        The poses of the arm's end frames relative to the adjacent bodies include the removed
+        transforms.
         """
         first, *rest = arm.robot.joints
         *inner, last = replace(first, before=()), *rest
@@ -107,7 +108,8 @@ class PrintedArm:
         symbols: The symbols of the arm.
         steps: The text of the solution steps.
         task: The steps.
-        like: An earlier arm with the same solution steps, or None if there is no such arm.
+        like: An arm with the same solution steps that is printed earlier, or None if no earlier arm
+            has them.
     """
 
     own: OwnArm

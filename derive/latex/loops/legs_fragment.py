@@ -33,9 +33,9 @@ class PrintedLegs:
         terms: Table of the robot's named terms, which depend only on coordinates and parameters.
         phi: The platform's angle.
         letters: Letters for the symbols in the polynomial of the platform.
-        legs: For each leg, the circle or line on which its platform joint moves, with dimensions in
+        legs: The circle or line on which the platform joint of each leg moves, with dimensions in
             meters.
-        equations: Leg equations after elimination of the platform position.
+        equations: Equations of the legs, from which the platform position is eliminated.
     """
 
     def __init__(self, page: LoopPage, triad: Triad) -> None:

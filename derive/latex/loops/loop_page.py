@@ -98,7 +98,7 @@ class LoopPage:
 
     @cached_property
     def printed_terms(self) -> PrintedTerms:
-        """Return the named terms of the loops with their printed symbols."""
+        """Return the named terms of the loop equations with their printed symbols."""
         hybrid = self.hybrid
         known = dict(zip(hybrid.q, self.q, strict=True))
         known |= dict(zip(hybrid.theta, self.theta, strict=True))
@@ -135,7 +135,7 @@ class LoopPage:
         return {number: values for number, values in found if values is not None}
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """Return a constant expression in printed symbols."""
+        """Convert a constant expression to printed symbols."""
         if self.terms.is_number(expression) and self.terms.size(expression) > MAX_WRITTEN:
             return self.printed_terms.notation.constant(self.terms.value(expression))
         addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))

@@ -27,8 +27,8 @@ from .loop_page import LoopPage
 AXES = "xyz"
 PLANE, SPACE = 2, 6
 RANKS = ("l", "J", "k", "n", "u", "w")
-"""Quantities in the elimination of the platform position, in the order in which they are printed in
-a product."""
+"""Letters of the quantities that occur when the platform position is eliminated, in the order of
+the factors of a printed product."""
 WHOLE = 0.8 * LINE
 """Maximum width (pt) of a vector component that is printed on one line."""
 ZERO = sp.Integer(0)
@@ -39,8 +39,8 @@ LETTERS = {
     "sine": (r"\beta", r"\nu", r"\tau"),
     "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
 }
-"""Letters for the symbols in a platform's polynomial, in order of preference. A letter that already
-names a length or joint of the robot is skipped."""
+"""Letters for the symbols in a platform's polynomial, in order of preference. Letters that already
+denote a length or joint of the robot are skipped."""
 Vector = tuple[sp.Expr, ...]
 
 
@@ -101,7 +101,7 @@ class PrintedPlatform:
 
     @cached_property
     def r(self) -> tuple[Vector, ...]:
-        """Return the symbols of the vectors from the tool to the platform end of each rod."""
+        """Return symbols of the vectors from the tool to the rods' platform ends, one per rod."""
         return self._symbols("r")
 
     @cached_property

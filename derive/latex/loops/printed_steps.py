@@ -49,7 +49,7 @@ class PrintedAngle:
 
 @dataclass(frozen=True)
 class PrintedRate:
-    """A linear equation between rates, in printed symbols.
+    """A linear equation between joint rates, in printed symbols.
 
     Attributes:
         left: Unknown rates on the left-hand side, with their factors.
@@ -71,7 +71,8 @@ class PrintedLoopStep:
     Attributes:
         step: The solution step before its conversion to printed symbols.
         number: Number of the solution step in the LaTeX article.
-        unknown: Pairs (rotation angle, vector) on the unknown side of the loop equation.
+        unknown: Pairs (rotation angle, vector). The rotated vectors add up to the unknown side of
+            the loop equation.
         given: Pairs (rotation angle, vector) on the known side of the loop equation.
         vectors: Definitions of the components and lengths of the known vectors.
         results: Definitions of intermediate results and displacements, each after the results on
@@ -81,7 +82,7 @@ class PrintedLoopStep:
         rates: Equations for the rates of the step's unknowns.
         positions: Components of each known vector that the equations mention by name.
         points: Components of each vector that the results mention by name.
-        remark: Sentence about the root that the solution step chooses.
+        remark: Sentence that states which root of its equation the solution step chooses.
         dead_point: Description of the configurations in which the step's margin is 0.
     """
 
@@ -139,9 +140,8 @@ def printed_steps(
     """
     values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
     for name in _leaders(solution):
-        # In the equations of coupled joints, an inverse tangent wraps the angle of the followed
-        # joint to one turn. The LaTeX article prints the joint's symbol instead of the inverse
-        # tangent.
+        # The equations of coupled joints use an inverse tangent to wrap the leader joint's angle to
+        # one turn. The LaTeX article prints the joint's symbol instead of the inverse tangent.
         wrapped = reported(solution, solution.values, name)
         if wrapped in terms.terms.definitions and wrapped != solution.values[name]:
             terms.call(wrapped, joints[name])

@@ -16,8 +16,8 @@ from .members import dotted
 from .printed_steps import PrintedLoopStep, PrintedRate
 
 MAX_TERMS = 8
-"""Maximum number of terms in a printed rate. In a longer rate, symbols replace the rates of
-intermediate results."""
+"""Maximum number of terms in a printed rate. If a rate has more terms, symbols replace the rates of
+the intermediate results that it contains."""
 MAX_EXPANDED = 500
 """A rate is expanded only if it has at most this number of terms after expansion."""
 BRACKET = 0.75 * LINE
@@ -31,7 +31,7 @@ class Rates:
         dotted: The rate symbol of each coordinate and unknown.
         definitions: The definition of each symbol that is neither a coordinate nor an unknown.
         inner: Symbols for rates of intermediate results, keyed by the symbol of the result. A rate
-            that is printed as an expression has no entry in this table.
+            that is printed as an expression has no entry in ``inner``.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:

@@ -166,7 +166,8 @@ def _floor(value: float) -> str:
 def _quotient(page: LoopPage, value: sp.Expr) -> str:
     above, below = sp.fraction(value)
     (factor, above), (divisor, below) = above.as_coeff_Mul(), below.as_coeff_Mul()
-    # A decimal number is easier to read than a quotient of decimal numbers.
+    # The two decimal factors are combined, because one decimal number is easier to read than a
+    # quotient of two.
     below = divisor / factor * below
     over = page.tex(above)
     if below == 1:

@@ -49,7 +49,8 @@ _ESCAPES = {
     },
 }
 _WORDS = ("a", "A", "I")
-"""Joint names that are also English words and that sentences therefore never show as symbols."""
+"""Joint names that are also English words, so that sentences print them as text and never as
+symbols."""
 _BREAKS = "_/"
 """Characters after which a long word may be broken."""
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
@@ -102,7 +103,7 @@ def own_symbols(robot: SerialRobot) -> tuple[str, ...]:
     """Return the joint names as LaTeX symbols, or () if a name is unsuitable.
 
     A suitable joint name is a Greek letter or, for a prismatic joint, a lower-case letter other
-    than q. The tuple is also empty if a symbol occurs twice.
+    than q. If a symbol occurs twice, the returned tuple is also empty.
     """
     joints = robot.coordinates
     found = [parameter(joint.name) for joint in joints]

@@ -1,8 +1,9 @@
 r"""Defines the short symbols, named constants and shared terms of a LaTeX article.
 
 A short symbol, such as a symbol for a cosine, abbreviates an expression. The SymPy name of a short
-symbol is LaTeX text, whose braces distinguish the symbol from a parameter. ``Notation.meanings``
-contains the definition of each short symbol, for the symbol table and for tests.
+symbol is LaTeX text. Braces in this text distinguish the short symbol from a parameter.
+``Notation.meanings`` contains the definition of each short symbol, for the symbol table and for
+tests.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -18,16 +19,16 @@ from . import names
 from .shorter import reduced
 
 Order = tuple[int, tuple[object, ...]]
-"""Sort key of a factor in a printed product, with the kind of the factor, such as ``LENGTH``, as
-its first entry."""
+"""Sort key of a factor in a printed product. The first entry is the kind of factor, such as
+``LENGTH``."""
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
 MAX_PARTS = 12
 """Maximum number of named constants in the expression of a numerical value."""
 MAX_WRITTEN = 200
-"""Maximum number of symbols and numbers in a constant whose definition is written with parameters
-only."""
+"""Maximum number of symbols and numbers in the definition of a constant that is written with
+parameters only."""
 COMMAS_FROM = 10
 """If a robot has at least this number of coordinates, commas separate the indices of a symbol."""
 LONG_RUN = 3
@@ -265,8 +266,8 @@ class Notation:
     def named(self, raw: sp.Expr) -> sp.Symbol:
         """Return the name of the next constant.
 
-        The definition of the constant is written with parameters, or with earlier short symbols if
-        it is long.
+        A short definition of the constant is written with parameters, and a long definition with
+        earlier short symbols.
         """
         parts = size(raw, self._sizes)
         if parts <= MAX_WRITTEN:

@@ -19,11 +19,11 @@ from .notation import Notation
 MAX_ADDENDS = 12
 """Maximum number of terms in a printed factor of a Jacobian determinant."""
 CONFIGURATIONS = 4
-"""Number of singular configurations to print if the factors of the Jacobian determinant are too
-long."""
+"""Number of singular configurations that are printed if the factors of the Jacobian determinant are
+too long to print."""
 GENERIC = sp.Rational(271, 379)
-"""Generic value (radian or meter) of the first fixed coordinate, at which the printed sentence
-about the joint axes is tested."""
+"""Generic value (radian or meter) of the first fixed coordinate. The printed sentence about the
+joint axes is tested at this value."""
 ANGLES = (20, -50, 70, 30, 40, -60, 10, 25)
 """Joint angles (degree) at which the search for a singular configuration starts, used cyclically.
 """
@@ -82,8 +82,8 @@ def printed_singularities(
     if minors == ():
         return PrintedSingularities(None, (), rank=general_rank(robot))
     if minors is not None and not all(minor.factors for minor in minors):
-        # A minor of the Jacobian without factors is a nonzero constant, so that no configuration is
-        # singular.
+        # If a minor of the Jacobian has no factors, the minor is a nonzero constant, and no
+        # configuration is singular.
         return PrintedSingularities(None, (), is_regular=True)
     if minors is not None and all(map(_is_short, minors)):
         if len(minors) == 1:

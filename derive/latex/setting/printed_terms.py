@@ -34,7 +34,7 @@ class PrintedTerms:
         self.printer = FractionPrinter.of(notation)
 
     def call(self, term: sp.Symbol, shown: sp.Expr) -> None:
-        """Assign a printed symbol with its sign to a named term."""
+        """Assign a printed symbol, possibly with a minus sign, to a named term."""
         self.known[term] = shown
         self._written.clear()
 
@@ -60,7 +60,7 @@ class PrintedTerms:
         return self.of(definition)
 
     def exact(self, expression: sp.Expr) -> sp.Expr:
-        """Return a sum of constants and lengths in printed symbols.
+        """Convert a sum of constants and lengths to printed symbols.
 
         In a long sum, the constant factors of each length are collected.
         """

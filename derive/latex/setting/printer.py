@@ -69,8 +69,8 @@ class Printer:
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
         plain = [f for f in factors if f.is_number and not (_base(f).is_Function or f.is_Add)]
-        # Functions of a symbol, such as cosines, come last in a product, because a later factor
-        # would look like a part of the argument.
+        # Functions of a symbol, such as cosines, come last in a product. A factor after a cosine
+        # would look like a part of its argument.
         others = sorted((f for f in factors if f not in plain), key=_ends_in_argument)
         shown = [self._factor(factor) for factor in others]
         constant = coefficient * sp.Mul(*plain)

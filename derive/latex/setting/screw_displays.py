@@ -19,8 +19,8 @@ from .widths import LINE, width
 
 MAX_TILTS = 3
 """Maximum number of rotations whose cosines and sines are printed as roots. Rotations by multiples
-of 90 degrees do not count. With more rotations, the cosines and sines of all counted rotations are
-printed as decimals."""
+of 90 degrees do not count. If more rotations count, the cosines and sines of all counted rotations
+are printed as decimals."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class _Decimal(Rotation):
 
 
 WIDEST = 0.4 * LINE
-"""Maximum width (pt) of a printed number. A wider number is printed as a decimal, and a wider sum
-gets a name."""
+"""Maximum width (pt) of a printed number. A number whose exact form is wider is printed as a
+decimal, and a wider sum gets a name."""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 A derivation names every intermediate result, but the printed equations name only some of these
 results. Products and sums that occur once are written out. Sums that are long or occur repeatedly
-become shared terms. All functions of a robot use the same shared terms, so that the Jacobians use
-terms of the forward kinematics.
+become shared terms. All functions of a robot use the same shared terms. For example, the Jacobians
+use terms of the forward kinematics.
 """
 
 from collections import Counter
@@ -30,7 +30,7 @@ DEEPEST = 2
 ENTRY = 0.4 * LINE
 """Maximum width (pt) of a Jacobian entry."""
 MAX_FACTORS = 5
-"""Maximum number of factors in a product without a name."""
+"""Maximum number of factors in a product that is printed without a name."""
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,7 @@ class TermNames:
     def name(self, term: sp.Symbol, value: sp.Expr) -> None:
         """Define a term as the next shared term.
 
-        If the printed value starts with a minus sign, the shared term is defined as the negated
-        value.
+        If the printed value starts with a minus sign, the shared term denotes the negated value.
         """
         name = self.notation.term()
         sign = -1 if self.printer.tex(value).startswith("-") else 1

@@ -34,7 +34,7 @@ def first_number(robot: SerialRobot) -> int:
     """Return the index of the first transform that the LaTeX article prints.
 
     The index is 0 if only the first joint is fixed, and the robot has neither a base transform nor
-    a base frame named 0. In all other cases, the index of the first transform is 1.
+    a base frame named 0. For all other robots, the index of the first transform is 1.
     """
     first, *others = robot.joints
     is_mount = first.kind == "fixed" and all(joint.kind != "fixed" for joint in others)

@@ -1,9 +1,9 @@
 """Checks whether the loops close within the actuator limits, and which limits are unreachable.
 
 If the loops close at less than half of random actuator values within the limits, a remark states
-this. For each actuator with unreachable limits, another remark states the reachable interval while
-the other actuators stay at the reference. A further remark names the joint whose reference value
-differs most from its value at the closed configuration.
+this. For each actuator with unreachable limits, another remark states the interval that is
+reachable if all other actuators stay at their reference values. A further remark names the joint
+whose reference value differs most from its value at the closed configuration.
 """
 
 import math
@@ -35,7 +35,7 @@ HALVINGS = 20
 OMITTED = 0.01
 """Largest accepted difference between the assumed value of an omitted actuator and the value that
 closes the loops (radian, or relative to the size). If the difference is larger, the check prints
-both actuator values."""
+the assumed actuator value and the actuator value that closes the loops."""
 LITTLE = 0.5
 """The check prints a remark if the loops close at a smaller fraction of the random configurations
 than this value."""
@@ -143,7 +143,7 @@ def _bounds(coordinates: tuple[Coordinate, ...], reference: Floats) -> tuple[Flo
 def _closing(
     k: int, values: Floats, reference: Floats, is_closed: IsClosed
 ) -> tuple[float, float] | None:
-    """Return the interval of coordinate k around its reference value in which the loops close."""
+    """Return the interval around the reference value of coordinate k in which the loops close."""
 
     def closes(value: float) -> bool:
         q = reference.copy()
@@ -177,8 +177,8 @@ def _edge_between(inside: float, outside: float, closes: Callable[[float], bool]
 def omitted_actuators(h: SolvedLoops) -> str:
     """List the actuators without a reference value, with their assumed values.
 
-    If the assumed value of an actuator contradicts the stated joint values, the text also states
-    the actuator value that closes the loops.
+    If an assumed actuator value contradicts the joint values in the description, the text also
+    states the actuator value that closes the loops.
 
     The text is empty if the reference contains all actuator values, or no values at all.
     """

@@ -20,8 +20,8 @@ OTHERS = 8
 """Number of coordinate values at which a margin is computed, to test whether the margin depends on
 the coordinate."""
 CHANGED = 1e-9
-"""Smallest change of a margin along a coordinate for which the margin counts as dependent on this
-coordinate."""
+"""Minimum change of a margin along a coordinate. If the change is smaller, the margin counts as
+independent of the coordinate."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def dead_values(h: SolvedLoops) -> tuple[DeadValues | None, ...]:
 
     Zeros are computed only for margins that depend on a single actuated coordinate. A revolute
     coordinate without limits is searched over a full turn. Zeros are not computed for a prismatic
-    coordinate without limits. Zeros at which the margin does not change its sign are not found.
+    coordinate without limits. The search finds only zeros at which the margin changes its sign.
     """
     if not h.forward.margins:
         return ()

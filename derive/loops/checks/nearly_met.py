@@ -1,10 +1,10 @@
 """Detects loops that narrowly miss the conditions of a closed-form solution, as on a real robot.
 
 The module checks the conditions of two closed-form solutions. The first solution applies to a
-platform on pairs of equal, parallel rods, which translates without rotation. The second solution
+platform that only translates, because pairs of equal, parallel rods guide it. The second solution
 applies to a planar loop, whose joint axes are parallel. If a loop meets neither condition exactly,
-Newton's method must close the loop. If the geometry of a loop misses the conditions by a small
-difference, the report states this difference.
+Newton's method must close the loop. If the geometry of a loop almost fulfills the conditions of a
+closed-form solution, the report states the remaining difference.
 """
 
 from collections.abc import Iterator
@@ -60,8 +60,8 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
         for group in groups
     }
     missing = [f"{names} by {1000 * by:.3g} mm" for names, by in off.items() if by > NOISE * size]
-    # If the rods of each group are already equal and parallel, other loops prevent the closed-form
-    # solution, and no sentence is yielded.
+    # No sentence is yielded if the rods of each group are already equal and parallel, because other
+    # loops then prevent the closed-form solution.
     if missing:
         yield (
             "the loops would have a closed form (three spheres) if these rods were equal and "
@@ -72,8 +72,8 @@ def _parallel_rods(h: SolvedLoops) -> Iterator[str]:
 def _around(h: SolvedLoops) -> Iterator[AtReference]:
     """Yield the reference configuration and two configurations near it.
 
-    All actuated coordinates are larger than at the reference in one nearby configuration, and
-    smaller in the other.
+    In one nearby configuration, all actuated coordinates are larger than at the reference. In the
+    other nearby configuration, all are smaller.
     """
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):

@@ -1,9 +1,8 @@
 """Checks that the actuated coordinates are independent and determine the motion.
 
-The null space of the constraint Jacobian contains the feasible coordinate rates. If the rows of the
-actuated coordinates in a null-space basis form a regular square matrix, these coordinates determine
-all rates. The module tests several configurations, because the test fails at a singular
-configuration.
+The null space of the constraint Jacobian contains the feasible coordinate rates. The rates of the
+actuated coordinates determine all rates if their rows of a null-space basis form a regular square
+matrix. The module tests several configurations, because the test fails at a singular configuration.
 """
 
 from collections.abc import Sequence

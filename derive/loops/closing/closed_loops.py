@@ -28,8 +28,8 @@ from ..model.numeric_rows import NumericRows
 Vector = NDArray[np.float64]
 Evaluated = tuple[Vector, Vector, Vector]
 """Three arrays: the residuals, the Jacobian of the residuals, and the cosines between the axes of
-the two end frames of each closure. A negative cosine means that the two axes of a closure point in
-opposite directions."""
+the two end frames of each closure. If a cosine is negative, the two corresponding axes of a closure
+point in opposite directions."""
 ITERATIONS = 60
 POLISHING = 2
 HALVINGS = 12
@@ -189,7 +189,7 @@ class ClosedLoops:
                 break
 
     def _rank_at(self, w: Vector) -> tuple[int, bool]:
-        """Return the rank of the Jacobian at w, and whether this rank is certain."""
+        """Return the rank of the Jacobian at configuration w, and whether the rank is certain."""
         values = np.linalg.svd(self.unit_rows(w), compute_uv=False)
         parts = values / max(values[0], ZERO_SINGULAR_VALUE)
         return int(np.sum(parts > ZERO_SINGULAR_VALUE)), not np.any(

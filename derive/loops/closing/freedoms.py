@@ -92,7 +92,7 @@ class Counts:
         in_plane: Names of the closures and struts of planar loops.
         order: Dimension of the motion group of the mechanism: 3 if all bodies move in parallel
             planes, otherwise 6.
-        virtual: Sequences of virtual joints, which only describe the pose of a free body.
+        virtual: Sequences of virtual joints. Virtual joints only describe the pose of a free body.
         loop_orders: Dimension of the motion group of each independent loop.
     """
 
@@ -105,8 +105,8 @@ class Counts:
         orders = [self._order_of(loop_joint) for loop_joint in mechanism.loop_joints]
         self.virtual: list[tuple[Joint, ...]] = []
         for run in virtual_joints(mechanism, terms):
-            # Virtual joints add as many freedoms as a loop through the platform removes, so the
-            # counts omit both.
+            # Virtual joints add as many degrees of freedom as one loop through the platform
+            # removes, so the counts omit the virtual joints and this loop.
             if len(run) in orders:
                 orders.remove(len(run))
                 self.virtual.append(run)

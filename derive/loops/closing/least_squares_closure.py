@@ -39,8 +39,8 @@ class LeastSquaresClosure:
             closure errors. Unless actuators are redundant, the actuated coordinates keep their
             reference values.
         repeated: Number of redundant constraints.
-        closure_errors: Texts that describe the remaining closure errors, by closure or strut name,
-            with the largest error first.
+        closure_errors: Texts that describe the remaining closure errors, keyed by closure or strut
+            name, with the largest error first.
         spare: Names of the closures and struts that can be omitted without adding a degree of
             freedom.
         actuators: Number of redundant actuators. With redundant actuators, the loops close only for

@@ -69,7 +69,7 @@ def loop_model(mechanism: Mechanism, terms: Terms | None = None) -> LoopModel:
 
     Raises:
         DescriptionError: The pins of a rod are not parallel, and either the tilt is too large or
-            the file does not allow least-squares closure.
+            the robot file does not allow least-squares closure.
     """
     terms = terms or Terms({p.symbol: p.value for p in mechanism.parameters})
     mechanism, closure_errors = closable(mechanism, terms), None

@@ -34,8 +34,8 @@ class Mobility:
         loop_freedoms: Sum of the degrees of freedom of all joints, for ``by_loops``. For a joint in
             a planar loop, only freedoms in the plane of this loop count.
         loop_orders: Dimension of the space of body motions in each independent loop.
-        idle: Number of struts with ball joints at both ends. Each can rotate about its own axis
-            without moving another body (idle rotation).
+        idle: Number of struts with ball joints at both ends. Each such strut can rotate about its
+            own axis without moving another body (idle rotation).
         coordinates: Number of configuration variables z: joint values, cylinder displacements,
             swing angles of pin-ended struts, and the pose variables of a free platform.
         rank: Rank of the Jacobian of the loop closure equations at closed configurations.
@@ -65,12 +65,12 @@ class Mobility:
 
     @property
     def by_loops(self) -> int:
-        """Mobility counted loop by loop: loop_freedoms minus the sum of loop_orders."""
+        """Mobility counted loop by loop: ``loop_freedoms`` minus the sum of ``loop_orders``."""
         return self.loop_freedoms - sum(self.loop_orders)
 
     @property
     def true(self) -> int:
-        """Actual mobility: coordinates minus rank, without idle rotations."""
+        """Actual mobility, without idle rotations: ``coordinates`` minus ``rank``."""
         return self.coordinates - self.rank
 
     @property
@@ -80,7 +80,7 @@ class Mobility:
 
     @property
     def report(self) -> tuple[str, ...]:
-        """Lines of text: the mobility by each method, then the disagreements."""
+        """Lines of text that state the mobility by each method, and then the disagreements."""
         n, j, f = self.bodies, self.joints, self.freedoms
         lost = " - ".join(["", *map(str, self.loop_orders)])
         return (

@@ -2,9 +2,9 @@
 
 The report states the closure error of the open loop, and lengths that would close this loop.
 
-The module adds the loops one by one. After each addition, the module tries to close all added
-loops, from the reference and from random configurations. The report describes the first loop that
-does not close together with the earlier loops.
+The module adds the loops one by one. After each addition, the module tries to close all loops added
+so far, with start values at the reference and at random configurations. The report describes the
+first loop that does not close together with the earlier loops.
 """
 
 import math
@@ -29,7 +29,8 @@ from .tilted_pins import explain_open_loop
 STARTS = 8
 """Number of random start configurations that are tried before a loop counts as open."""
 MAX_REFINED = 3
-"""Number of configurations with the smallest closure errors that a further search refines."""
+"""Number of configurations that a further search refines, namely those with the smallest closure
+errors."""
 MAX_REMEDIES = 5
 """Maximum number of lengths and angles that a message suggests to change, with the smallest change
 first. Changes of actuated coordinates are listed even beyond this maximum."""
@@ -37,11 +38,11 @@ DOUBLINGS, HALVINGS = 12, 16
 FARTHEST = 8.0
 """Upper bound for lengths that are tested as remedies, relative to the size of the mechanism."""
 FIRST_STEP = 0.05
-"""First step in the search for the end of the interval in which the loops close (radian, or
-relative to the robot size)."""
+"""First step (radian, or relative to the robot size) in the search for an end of the interval in
+which the loops close."""
 ASIDE = 0.2
-"""Shift of each unknown variable from a possible dead point to a start configuration (radian, or
-relative to the robot size)."""
+"""Shift (radian, or relative to the robot size) of each unknown variable from a possible dead point
+to a start configuration."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Remedy:
         now: Present length or angle in the robot description (meter or radian).
         low: The lowest value that closes the loop, or None if no lowest value was found.
         high: The highest value that closes the loop, or None if no highest value was found.
-        is_length: Whether the remedy changes a length and not an angle.
+        is_length: True if the remedy changes a length, False if it changes an angle.
     """
 
     name: str
@@ -353,7 +354,7 @@ def _spans_moving(mechanism: Mechanism, name: str, moved: set[str]) -> bool:
 def _range(
     bodies: NumericMechanism, name: str, values: Mapping[str, float], loops: Sequence[str]
 ) -> tuple[float | None, float | None] | None:
-    """Return the interval of a length or angle in which the loops close, or None if it is empty."""
+    """Return the interval of lengths or angles that close the loops, or None if none is found."""
     now = values.get(name, bodies.constants.get(name, 0.0))
     inside = _inside(bodies, name, now, values, loops)
     if inside is None:

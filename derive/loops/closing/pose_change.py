@@ -1,8 +1,9 @@
 """Measures how much the tool moves if the values written in a file are replaced by exact values.
 
-Near a dead point, a small change of a length causes a large tool motion, so no bound holds for all
-configurations. At random configurations, the module closes the loops with the written values and
-with the exact values. The module reports the largest difference between the two tool poses.
+No bound of the tool motion holds for all configurations, because near a dead point, a small change
+of a length moves the tool far. At random configurations, the module closes the loops with the
+written values and with the exact values. The module reports the largest difference between the two
+tool poses.
 """
 
 from collections.abc import Iterator
@@ -41,7 +42,7 @@ def with_pose_change(mechanism: Mechanism) -> Mechanism:
 
 
 def _changes(mechanism: Mechanism, written: Mechanism) -> Iterator[tuple[float, float]]:
-    """Yield tool displacement (meter) and rotation (radian) due to removed noise at each sample."""
+    """Yield tool displacement (meter) and rotation (radian) due to removed noise, per sample."""
     exact = NumericMechanism(mechanism)
     own = NumericMechanism(written, _planes(exact, written))
     rows, own_rows = NumericRows(exact), NumericRows(own)
@@ -76,7 +77,7 @@ def _drawn(bodies: NumericMechanism, c: Coordinate, part: float) -> float:
     """Return a value of a coordinate within its limits.
 
     A coordinate without limits gets a value near its reference value. If ``part`` is 0, the
-    coordinate gets its reference value.
+    coordinate gets its reference value, with or without limits.
 
     Args:
         bodies: The robot.

@@ -1,7 +1,7 @@
 """Names a rod whose length is much too large or too small for the mechanism.
 
-Usually, the length of such a rod is given in the wrong unit. The rod may be outside the loop that
-does not close, because the bodies at the rod ends may also belong to other loops.
+Usually, such a rod length is given in the wrong unit. The rod need not be in the loop that does not
+close, because the bodies at its ends may also belong to other loops.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from ..model.numeric_mechanism import NumericMechanism, length_of
 from .shown_values import shown
 
 FAR_OFF = 100.0
-"""If the ratio between a rod length and the median of all other lengths reaches this value, the rod
-length is suspect."""
+"""A rod length is suspect if its ratio to the median of all other lengths, or the inverse ratio,
+reaches this value."""
 MIN_OTHERS = 3
 """Minimum number of other lengths with which the length of a suspect rod is compared."""
 SLIPS = (1000.0, 1 / 1000)

@@ -13,18 +13,18 @@ from ...model.mechanism import Mechanism, Strut
 from ..model.numeric_mechanism import Floats, NumericMechanism
 
 NEAR = 0.2
-"""Largest accepted distance between the reference and the configuration that is closed after a swap
-of rod ends (radian, or relative to the size).
+"""Largest accepted distance (radian, or relative to the size) of the closed configuration from the
+reference after a swap of rod ends.
 
 If the ends of a correct rod are exchanged, the loops may close at a distant configuration.
 """
 CLEARLY = 0.02
 """Rods are tested for swapped ends if the closed configuration is farther from the reference than
-this distance (radian, or relative to the size). Smaller distances from the reference may be due to
-rounded reference values."""
+this distance (radian, or relative to the size). A smaller distance between the closed configuration
+and the reference may be due to rounded reference values."""
 PART = 0.1
-"""A swap of rod ends is reported only if it reduces the distance of the closed configuration from
-the reference to this fraction or less."""
+"""A swap of rod ends is reported only if it reduces the distance between closed configuration and
+reference to at most this fraction."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:

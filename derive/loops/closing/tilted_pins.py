@@ -121,8 +121,8 @@ def closable(mechanism: Mechanism, terms: Terms) -> Mechanism:
     distance between its ends.
 
     Raises:
-        DescriptionError: A pin-ended rod is in a spatial loop, and either the file does not allow
-            least-squares closure or the loop is far from planar.
+        DescriptionError: A pin-ended rod is in a spatial loop, and either the robot file does not
+            allow least-squares closure or the loop is far from planar.
     """
     found = tilts(mechanism, terms)
     if not found:

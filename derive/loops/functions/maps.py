@@ -102,7 +102,7 @@ class Map:
     moving: tuple[str, str] = ("", "")
 
     def values(self, of: Joints) -> tuple[sp.Expr, ...]:
-        """Return the joint values, for ``ACTUATORS`` divided by the ratios of the coordinates."""
+        """Return the joint values, which ``ACTUATORS`` divides by the ratios of the coordinates."""
         values = of.named(self.names(of))
         return of.hybrid.driven(values) if self is ACTUATORS else values
 

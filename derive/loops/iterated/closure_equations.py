@@ -1,11 +1,11 @@
 """Closure equations of loops without a closed form, and start values for Newton's method.
 
 A strut with pin or ball ends keeps two points at a constant distance. The loop of a strut therefore
-has a single equation: the distance of the two points equals the strut length. The closure equations
-are c(w) = 0. The loop variables w are the entries of the configuration z except the swing angles of
-struts. The two end points of each strut determine its swing angle. The variables w consist of
-actuated variables a and unknown variables u. The derivatives c_a and c_u of c with respect to a and
-u give the differential equation c_u du = -c_a da.
+has a single equation: the distance between the strut's end points equals the strut length. The
+closure equations are c(w) = 0. The loop variables w are the entries of the configuration z except
+the swing angles of struts. The two end points of each strut determine its swing angle. The loop
+variables w consist of actuated variables a and unknown variables u. The derivatives c_a and c_u of
+c with respect to a and u give the differential equation c_u du = -c_a da.
 """
 
 from collections.abc import Mapping, Sequence
@@ -72,8 +72,8 @@ class LoopClosure:
         units: Unit of each closure equation, m or 1.
         size: Length of the longest translation or rod (meter), by which lengths in the equations
             are divided.
-        functions: Functions of w that the iteration calls, by name, or an empty dictionary if there
-            are fewer equations than unknown variables.
+        functions: Functions of w that the iteration calls, keyed by name. The dictionary is empty
+            if there are fewer equations than unknown variables.
         inputs: Name of the coordinates that drive the input variables: ``q`` for actuators,
             ``theta`` for main-chain joints.
         ratios: Change of each input variable per unit of its coordinate.

@@ -65,8 +65,8 @@ class Iteration:
         """Return one symbol per loop variable.
 
         If the actuated coordinates are the inputs, the main-chain joints keep their symbols
-        ``theta``. Expressions in ``theta`` therefore also apply to joint values that the solver
-        returns.
+        ``theta``. Expressions that contain the symbols ``theta`` therefore also hold for the joint
+        values that the solver returns.
         """
         symbols = list(coordinates(f"{self._prefix}{name[1:]}", self._size))
         if not self._is_of_chain:
@@ -95,7 +95,7 @@ class Iteration:
     def _ratios(self) -> dict[int, tuple[int, sp.Expr]]:
         """Return the coordinate index and the coordinate ratio of each input variable.
 
-        The coordinate ratio of an input variable is its value divided by the value of its
+        The coordinate ratio is the value of the input variable divided by the value of its
         coordinate.
         """
         driven = [c.ratio for c in self.hybrid.mechanism.coordinates]
@@ -213,7 +213,8 @@ def iterated_makers(iteration: Iteration, known: Container[str]) -> dict[str, Ma
 
     Args:
         iteration: The loop variables as functions of the actuated coordinates.
-        known: Names of the maps that already have a closed form.
+        known: Names of the functions between actuated and other joints that already have a closed
+            form.
     """
     found = forward_makers(iteration.joints)
     found["configuration_D_q"] = lambda _: CONFIGURATION.derivative(iteration.joints)

@@ -7,10 +7,10 @@ product of all displacements along a closed loop is the identity 1.
     exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
 
 Each screw xi_i is the joint screw at zero joint values, expressed in the frame of the body at which
-the loop starts. The matrix M is the displacement around the loop at zero joint values. The scalar
-equations of a loop follow from this matrix equation. The equations of a planar loop compare two
-points, each a sum of rotated vectors. The equations of a spatial loop compare the poses of both
-branches.
+the loop starts. The matrix M is the product of all displacements around the loop at zero joint
+values. The scalar equations of a loop follow from this matrix equation. The equations of a planar
+loop compare two points, each a sum of rotated vectors. The equations of a spatial loop compare the
+poses of both branches.
 """
 
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
@@ -65,7 +65,7 @@ class LoopEquations:
         kind: Kind of the equations: ``point`` for a spatial ball closure, ``distance`` for a strut
             with ball ends, otherwise ``planar`` or ``spatial``.
         residual: Independent expressions that are zero if the loop is closed. Each residual is a
-            component of the position difference of the loop ends (a minus b), a difference of
+            component of the position difference of the two branch ends (a minus b), a difference of
             lengths, or a direction cosine.
         units: Unit of each residual: m for a length, 1 for a direction cosine.
         facing: Cosines between corresponding axes of the two end frames, each 1 if the loop is

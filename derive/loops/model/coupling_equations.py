@@ -89,9 +89,10 @@ def is_length(member: Joint | Strut) -> bool:
 
 
 def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
-    """Return the factor of each joint in each coupling equation, as one row per coupling.
+    """Return the factors of the joints in the coupling equations, with one row per coupling.
 
-    Each coupling keeps the sum of factor * joint value over its row constant.
+    Each coupling keeps one sum constant: the sum of all joint values times the factors in the
+    coupling's row.
 
     Args:
         mechanism: The description.
@@ -107,7 +108,7 @@ def joint_couplings(mechanism: Mechanism, names: Sequence[str]) -> tuple[tuple[f
 
 
 def turning_coordinates(mechanism: Mechanism, terms: Terms) -> list[bool]:
-    """Return for each coordinate whether its full turn turns all coupled joints by full turns."""
+    """Return, for each coordinate, whether its full turn turns all coupled joints by full turns."""
     names = [*mechanism.members]
     rows = joint_couplings(mechanism, names)
     is_angle = [not is_length(member) for member in mechanism.members.values()]

@@ -31,10 +31,11 @@ def least(
         residual: Maps values (n,) to residuals (m,), or a batch (k, n) to (k, m).
         x: The start values (n,).
         apart: Mask (n,) of values that must be equal in all rows of a batch.
-        worthwhile: Minimum relative decrease of the sum of squares that counts as progress.
+        worthwhile: Minimum relative decrease of the sum of squared residuals that counts as
+            progress.
 
     Returns:
-        The values (n,) with the smallest sum of squares that was found.
+        The values (n,) with the smallest sum of squared residuals that the search found.
 
     Source:
         Nielsen 1999, Damping parameter in Marquardt's method.

@@ -27,8 +27,8 @@ class Factor:
 
     Attributes:
         name: Name of the joint, swing angle, cylinder or closure freedom in the exponent. The
-            freedoms of a closure are not entries of the full configuration z. A ball joint has
-            three exponentials, whose names end with ``.x``, ``.y`` and ``.z``.
+            degrees of freedom of a closure are not entries of the full configuration z. A ball
+            joint has three exponentials, whose names end with ``.x``, ``.y`` and ``.z``.
         screw: Joint twist (v, omega) at zero joint values, shape (6, 1), in the frame of the body
             at which the loop starts. The joint twist has unit speed: omega has norm 1 for a
             revolute joint, and v has norm 1 for a slider.
@@ -44,7 +44,7 @@ class Factor:
 def around(
     terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
-    """Return the exponentials of a loop, and the displacement around it at zero joint values.
+    """Return the exponentials of a loop, and the displacement around the loop at zero joint values.
 
     Args:
         terms: The shared terms.

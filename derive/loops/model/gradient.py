@@ -7,9 +7,9 @@ unknown variables u is zero.
 
     g_u = sum_i c_i dc_i/du = 0.
 
-The gradient g_u gives as many equations as there are unknown variables. The Jacobian of g_u
-contains second derivatives of the closure errors. The Jacobian of g_u is regular if the closure
-errors are small and their derivative has full rank. If the Jacobian of g_u is regular, Newton's
+The condition g_u = 0 consists of as many equations as there are unknown variables. The Jacobian of
+g_u contains second derivatives of the closure errors. The Jacobian of g_u is regular if the closure
+errors c_i are small and their Jacobian has full rank. If the Jacobian of g_u is regular, Newton's
 method solves g_u = 0. The joint rates and accelerations then follow from the time derivatives of
 g_u = 0.
 """

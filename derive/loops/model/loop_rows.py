@@ -1,10 +1,9 @@
 """Closure equations of loops with variable geometry, and the wrench of each equation.
 
 Each closure equation compares end b of a closure or strut with end a, in the axes of the body at
-end a. Each closure equation has a corresponding wrench. If only the body at end b moves, the rate
-of the residual is the reciprocal product of the wrench and that body's twist. If only the body at
-end a moves, the rate of the residual is minus the reciprocal product of the wrench and that body's
-twist. These relations between residual rate, wrench and twist also hold if the loop is open.
+end a. Each closure equation has a corresponding wrench. Let V be the twist of the body at end b
+relative to the body at end a. The rate of the residual of a closure equation is the reciprocal
+product of its wrench and V, even if the loop is open.
 
 The table ``ROWS`` lists the equations of each kind of closure. A strut has one equation for the
 distance between its ends.
@@ -31,12 +30,12 @@ class Row:
     """A closure equation of a loop, or the equation of a coupling.
 
     Attributes:
-        residual: Expression that is zero if the loop is closed or the coupling holds.
+        residual: Expression that is zero if the loop is closed, or if the coupling equation holds.
         unit: Unit of the residual, m or 1.
-        powers: Pairs (power, motion) for the elementary motions of both branches, where the power
-            is the derivative of the residual with respect to the motion value.
-        length: The strut length that the residual subtracts from the distance between the strut
-            ends, or 0 for other equations.
+        powers: Pairs (power, motion) for the elementary motions of both loop branches. The power is
+            the derivative of the residual with respect to the value of the elementary motion.
+        length: In a strut equation, the strut length, which is subtracted from the distance between
+            the strut ends. In all other equations, 0.
     """
 
     residual: sp.Expr
@@ -102,7 +101,7 @@ class _Ends:
         self.difference = subtracted(terms, self.b.pose[1], self.a.pose[1])
 
     def rows(self) -> list[Row]:
-        """Return the equations of the closure or strut that closes the loop."""
+        """Return the closure equations of the joint or strut that closes this loop."""
         loop_joint = self.loop.loop_joint
         if isinstance(loop_joint, Strut):
             return [self._distance(loop_joint)]
@@ -127,7 +126,7 @@ class _Ends:
         return self._row(residual, "m", Wrench(direction, self.b.pose[1]), length)
 
     def _axis(self, closure: Closure, plane: Axes | None, side: str, k: int) -> Vector:
-        """Return the direction, in base axes, of an axis that is fixed to one end frame."""
+        """Return the direction, in base axes, of an axis that is fixed to one end of a closure."""
         end = self.a if side == "a" else self.b
         if plane is None:
             return end.pose[0][k]

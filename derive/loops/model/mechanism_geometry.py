@@ -7,11 +7,11 @@ length parameter of a cylinder is its length at coordinate zero.
 
 A passive joint has no offset parameter, because its loop determines its value. A coupling of a
 passive joint has an offset parameter. For example, the offset of a gear pair depends on which teeth
-mesh. The ratio of a coupling is exact, so it is not a parameter. The pose of a body on six
-consecutive passive joints is arbitrary, so the axes of these joints have no parameters. The
-parameters of a planar loop keep its parts in the plane. Therefore, a revolute axis in a planar loop
-has no tilt parameters. The end of a closure or strut in a planar loop has no parameter along the
-plane normal.
+mesh. Coupling ratios, such as gear ratios, are exact and therefore not parameters. The pose of a
+body on six consecutive passive joints is arbitrary, so the axes of these joints have no parameters.
+The parameters of a planar loop keep its parts in the plane. Therefore, a revolute axis in a planar
+loop has no tilt parameters. The end of a closure or strut in a planar loop has no parameter along
+the plane normal.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,8 +39,8 @@ _TURNS: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 class Step(NamedTuple):
     """The motions from the frame of a parent body to the frame of a body.
 
-    A step consists of the motion before the joint, the joint motion, and the motion after the
-    joint.
+    A step from a parent body to its child body consists of the motion before the joint, the joint
+    motion, and the motion after the joint.
     """
 
     before: Placement
@@ -138,7 +138,7 @@ class _Numbered:
         return found
 
     def _offset(self, coupling: Coupling) -> sp.Expr:
-        """Return the offset of a coupling, with a parameter if the coupled joint is passive."""
+        """Return a coupling's offset, plus an offset parameter if the coupled joint is passive."""
         name, member = coupling.joint, self.mechanism.members[coupling.joint]
         if name in {c.moves for c in self.mechanism.coordinates}:
             return coupling.offset
@@ -189,7 +189,7 @@ class _Numbered:
     def _turned(self, loop_joint: Closure | Strut, side: str) -> Placement:
         """Return the rotations that correct the axes of a closure's end frame.
 
-        Struts, ball closures and planar loops have no such rotations.
+        Struts, ball closures and closures of planar loops need no correction of their end axes.
         """
         if (
             isinstance(loop_joint, Strut)

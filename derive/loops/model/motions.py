@@ -1,8 +1,8 @@
 """Body frames with variable geometry, and the screws of their motions.
 
 A sequence of elementary motions connects the base to a body. Motion m has the value v_m(q, u, p)
-and the unit screw S_m. The power of a wrench W on a body with the twist V is a sum over these
-elementary motions.
+and the unit screw S_m. The power of a wrench W on a body with the twist V is a sum over the
+elementary motions between base and body.
 
     W.V = sum_m (W.S_m) dv_m/dt.
 
@@ -91,7 +91,7 @@ BASE = Reached((IDENTITY, ORIGIN))
 
 @dataclass(frozen=True)
 class Wrench:
-    """The force along a line and the couple that act on a body.
+    """A wrench on a body: a force along a line, and a couple.
 
     Attributes:
         force: The force vector in base axes.

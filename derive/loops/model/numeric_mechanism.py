@@ -1,7 +1,7 @@
 """Numerical model of a mechanism: poses of bodies and closure errors of loops.
 
-The body poses follow directly from the description, for any parameter values. The closure errors at
-a changed parameter value show whether the changed value would close a loop.
+The body poses follow directly from the description, for any parameter values. If a parameter value
+is changed, the closure errors show whether the loops close with the new value.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -182,7 +182,8 @@ class NumericMechanism:
     def closure_errors(self, values: Mapping[str, float]) -> dict[str, ClosureResidual]:
         """Return the closure error of each loop, keyed by the name of the closure or strut.
 
-        The closure error of a coupling is keyed by the name of the coupled joint.
+        The returned dictionary also contains the closure error of each coupling, keyed by the name
+        of the coupled joint.
         """
         poses, mechanism = self.poses(values), self.mechanism
         found = {}
@@ -421,7 +422,7 @@ def _norm(vector: Floats) -> Floats:
 
 
 def _tilt(axis: Floats) -> Floats:
-    """Return the angles (radian) about x and y by which a unit axis is tilted from z."""
+    """Return the angles (radian) about x and y by which a unit vector is tilted from the z axis."""
     across = np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
     return _scaled(across, axis[..., 2])
 

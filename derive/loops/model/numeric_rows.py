@@ -1,8 +1,8 @@
 """Closure equations in double precision, and their Jacobian.
 
-Each closure equation has a corresponding wrench. If only the body at end b moves, the rate of the
-residual is the power of the wrench on that body. If only the body at end a moves, the rate of the
-residual is minus the power of the wrench on that body.
+Each closure equation has a corresponding wrench. Let V be the twist of the body at end b relative
+to the body at end a. The rate of the residual of a closure equation is the reciprocal product of
+its wrench and V.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,12 +29,12 @@ class NumericRows:
     Attributes:
         bodies: Numerical model of the mechanism's bodies and frames.
         names: Names of the joints and cylinders.
-        owners: For each equation, the name of its closure or strut, or the name of the coupled
-            joint of its coupling.
+        owners: For each equation, the name of its closure or strut. For the equation of a coupling,
+            the name of the coupled joint.
         is_turn: Whether each equation relates directions or angles instead of lengths.
-        facing_owners: For each cosine between corresponding axes of two closure frames, the name of
-            the closure. If a cosine is negative, corresponding axes of the two closure frames point
-            in opposite directions.
+        facing_owners: Names of closures, one for each cosine between corresponding axes of the two
+            frames of a closure. If a cosine is negative, corresponding axes of the two closure
+            frames point in opposite directions.
     """
 
     def __init__(self, bodies: NumericMechanism) -> None:
@@ -104,8 +104,8 @@ class NumericRows:
                 rows = [*_rows(self._kind(loop_joint), a.T, b.T, B[:3, 3] - A[:3, 3])]
                 facing += [a[:, k] @ b[:, k] for k in FACING[self._kind(loop_joint)]]
             # If all components of a difference vector must be 0, the axes of the components are
-            # arbitrary. Newton's method converges better if the axes of the vector components do
-            # not rotate with frame a. If the axes of the vector components do not rotate, the
+            # arbitrary. Newton's method converges better if the difference vector is expressed in
+            # axes that do not rotate with frame a. For a difference vector in nonrotating axes, the
             # wrench on the body at end a acts at the origin of frame a.
             is_whole = not isinstance(loop_joint, Strut) and loop_joint.kind != "slider"
             for row, force, couple in rows:

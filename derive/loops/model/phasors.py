@@ -5,8 +5,9 @@ A point of a planar mechanism is a sum of complex vectors that rotate with the b
     p = sum_k c_k exp(i psi_k)
 
 The angles psi_k are linear in the coordinates and in the solved angles. Each vector c_k is an exact
-pair (re, im). The components of c_k contain constants, parameters and variable lengths. Equal terms
-cancel exactly, so a parallelogram is recognized as a pure translation.
+pair (re, im). The components of c_k contain constants, parameters and variable lengths. Because
+equal terms cancel exactly, the motion of a parallelogram linkage is recognized as a pure
+translation.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -4,7 +4,8 @@ A loop is planar if its revolute axes are parallel and its sliders are perpendic
 axes. Loops that share a joint form one *linkage*. Each body of a linkage has its own planar axes.
 The planar x axis of a body is the first axis of the body frame (x, y, z) that lies in the plane.
 The planar y axis points to the left of the planar x axis. The plane normal is the first revolute
-axis of the linkage, or the normal of the slider directions if no axis is revolute.
+axis of the linkage. In a linkage without revolute axes, the plane normal is perpendicular to the
+slider directions.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -36,9 +37,9 @@ class PinEdge:
     Attributes:
         name: Name of the joint, swing angle or closure.
         a: The first body, relative to which body b rotates.
-        at_a: The common point of both bodies, in the axes of body a.
+        at_a: Coordinates of the common point of the bodies a and b, in the axes of body a.
         b: The other body.
-        at_b: The common point of both bodies, in the axes of body b.
+        at_b: Coordinates of the common point of the bodies a and b, in the axes of body b.
         rotor: The orientation of body b in the axes of body a at joint value zero, as a unit
             complex number.
         sense: 1 if the joint axis has the direction of the plane normal, otherwise -1.
@@ -124,7 +125,7 @@ class Axes(NamedTuple):
 
 
 class Loop(NamedTuple):
-    """A loop, which consists of a closure or strut and the joints of two branches."""
+    """A kinematic loop: a closure or strut, and the joints of the two branches that it connects."""
 
     loop_joint: Closure | Strut
     meeting: str
@@ -377,7 +378,7 @@ class _Plane:
             self.axes[joint.link] = self._chosen(normal)
 
     def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
-        """Return the first revolute axis, or the normal of the sliders if no axis is revolute."""
+        """Return the plane normal: the first revolute axis, or the common normal of the sliders."""
         for joint in order:
             if joint.kind == "revolute":
                 return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)

@@ -20,8 +20,8 @@ from .soma import RODS, SOMA, Array, SixRods
 PAIR = 2
 FREE = ["prismatic"] * 3 + ["revolute"] * 3
 SAMPLES = 60
-"""Number of sample configurations that determine the affine space of all rods, which has at most 24
-dimensions."""
+"""Number of sample configurations from which the affine space of all rods is computed. This affine
+space has at most 24 dimensions."""
 OPERATIONS = 2_000_000
 """Approximate number of operations for tracking forty paths with thirty steps each."""
 CALLED = "rod_ends"
@@ -32,14 +32,13 @@ class Hexapod:
     """Six rods that connect actuated points to a platform.
 
     Points are expressed in the axes of the first three joints of the main chain. The coordinate
-    origin is the point where the last three axes of the main chain intersect if all coordinates are
-    zero.
+    origin is the intersection point of the last three main-chain axes at zero coordinates.
 
     Attributes:
         a: The endpoints of the rods on the actuated bodies.
         b: The endpoints of the rods on the platform, at zero coordinates.
         lengths: Rod lengths.
-        axes: For each of the last three main-chain joints, the index (0 to 2) of the parallel axis
+        axes: For each of the last three main-chain joints, the index (0 to 2) of the parallel joint
             among the first three joints.
     """
 
@@ -75,7 +74,7 @@ def double_joints(a: Sequence[Sequence[object]], b: Sequence[Sequence[object]]) 
 
 
 def _paired(ends: Sequence[Sequence[object]]) -> tuple[int, ...]:
-    """Return the rod indices in pairs that share an end, or () if there are not three pairs."""
+    """Return the rod indices in pairs with a shared end, or () unless all rods form such pairs."""
     joints: dict[tuple[object, ...], list[int]] = {}
     for rod, end in enumerate(ends):
         joints.setdefault(tuple(end), []).append(rod)
@@ -166,8 +165,9 @@ class RodNumbers:
         size: The size of the platform (meter).
         origin: The centroid of the rod ends on the actuated side, divided by `size`.
         middle: The centroid of the rod ends on the platform, divided by `size`.
-        family: The affine space of the rods in all configurations. Rod ends on the actuated side
-            are relative to `origin`, and rod ends on the platform are relative to `middle`.
+        family: The affine space that the rods span in all configurations. In `family`, rod ends on
+            the actuated side are relative to `origin`, and rod ends on the platform are relative to
+            `middle`.
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
@@ -201,7 +201,8 @@ class HexapodTables(Tables):
         origin: The centroid of the rod ends on the actuated side.
         middle: The centroid of the rod ends on the platform.
         axis: For each angle of the platform, the index (0 to 2) of its rotation axis.
-        moves: Whether the actuators move the rod ends on the actuated side.
+        moves: Whether the actuators move the rod ends opposite the platform, and do not only change
+            the rod lengths.
         paths: Number of complex poses, which is also the number of solutions in the results.
         joined: The side on which pairs of rods share ends, coded as in ``DoubleJoints.side``.
         pairs: Indices of the rods (0 to 5), ordered in pairs of rods that share an end.

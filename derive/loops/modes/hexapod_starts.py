@@ -3,10 +3,10 @@
 The coordinates of the rods in all configurations span an affine space. The search selects rods with
 generic complex coordinates from this affine space. A generic platform has forty complex poses. The
 module ``generic_platform`` lists the poses of one generic platform. A special platform may be flat
-or have shared rod ends. For generic rod lengths, some of the forty tracked paths lead to all poses
-of a special platform, and the other paths diverge to infinity. By Sard's theorem, almost all values
-of a smooth function are regular. Therefore, a platform with generic rod lengths has no singular
-pose. Singular end poses are not used as start poses.
+or have shared rod ends. If the rod lengths of a special platform are generic, some of the forty
+tracked paths lead to all poses of this platform. The other paths diverge to infinity. By Sard's
+theorem, almost all values of a smooth function are regular. Therefore, a platform with generic rod
+lengths has no singular pose. Singular end poses are not used as start poses.
 
 Source:
     Sommese and Wampler 2005, The Numerical Solution of Systems of Polynomials, ch. 2 and 7
@@ -35,7 +35,7 @@ FIRST_STEP = 0.05
 MAX_STEPS = 3000
 MAX_POSES = len(POSES)
 LOOPS_WITHOUT_A_NEW_POSE = 3
-"""Number of consecutive closed paths without a new pose after which the search ends."""
+"""The search ends after this number of consecutive closed paths without a new pose."""
 REFINEMENTS = 3
 GENERIC_DIGITS = 12
 """Number of decimal places to which the generic rod coordinates are rounded."""
@@ -55,7 +55,7 @@ class RodFamily:
     """
 
     def __init__(self, a: Array, b: Array, lengths: Array) -> None:
-        """Compute the affine space of the rods.
+        """Compute the affine space that the rods span at n configurations.
 
         Args:
             a: (n, 6, 3) rod ends on the actuated side at n configurations, divided by the platform
@@ -154,9 +154,9 @@ def _exact(rods: SixRods, x: Array) -> Array:
 def followed(start: SixRods, end: SixRods, x: Array) -> tuple[Array, Array]:
     """Track poses while the rods change from start to end.
 
-    From start to end, either the rod ends on the actuated side or the rod ends on the platform may
-    change, but not both. The coefficients of the rod equations change linearly with the path
-    parameter t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose. If the
+    The rods ``start`` and ``end`` may differ either in the ends on the actuated side or in the ends
+    on the platform, but not in both. The coefficients of the rod equations change linearly with the
+    path parameter t from 0 to 1. A Runge-Kutta step and two Newton steps update each pose. If the
     coefficients of the rod equations at the start and at the end are generic complex numbers, all
     paths are regular. If the final rods are not generic, a path may end at a singularity or at
     infinity.

@@ -1,8 +1,9 @@
 """Eliminates the position of a planar platform, as equations for the LaTeX article.
 
 The module ``triad`` derives the equations. Legs whose ends move on circles come before legs whose
-ends move on lines. The two linear equations for the vector w are ``w . m_i = k_i``. The vector m_i
-is u_i if the end of leg i moves on a circle, or the line normal n_i otherwise.
+ends move on lines. The two linear equations for the vector w are ``w . m_i = k_i``. If the end of
+leg i moves on a circle, m_i is the vector u_i. If the end of leg i moves on a line, m_i is the
+normal n_i of this line.
 """
 
 from collections.abc import Callable
@@ -39,8 +40,8 @@ class LegElimination:
             first two lines.
         polynomial: Both sides of the equation for the platform angle.
         distances: Symbols and values of the distances between the platform points b_i. For legs
-            whose ends move on lines, ``distances`` also contains the distances from a_1 to their
-            base points a_i.
+            whose ends move on lines, ``distances`` also contains the distances from a_1 to the base
+            points a_i of these legs.
         scale: The square of the length that normalizes the polynomial, as a function of the
             distances and the rod lengths.
         power: The exponent of the length that normalizes the polynomial.
@@ -123,7 +124,7 @@ def _right_side(legs: Triad, i: int, norms: dict[int, Named], name: Name) -> sp.
 def _radius(legs: Triad, i: int, name: Name) -> sp.Expr:
     """Return the radius of the circle of leg ``i``.
 
-    A new symbol replaces a radius that is an expression with symbols.
+    If the radius is a compound expression with symbols, a new symbol replaces the radius.
     """
     L = legs.L[i - 1]
     return L if L.is_Atom or not L.free_symbols else name("l", f"{i}")
@@ -154,7 +155,7 @@ def _polynomial(
 def _distances(
     legs: Triad, sides: list[Complex], base_vectors: list[Complex], name: Name
 ) -> list[Named]:
-    """Return the lengths of the platform sides and, for legs on lines, of the base vectors."""
+    """Return the lengths of the platform sides and of the base vectors of legs on lines."""
     vectors = [("|b|", "21", sides[0]), ("|b|", "31", sides[1])]
     vectors.append(("|b|", "32", minus(sides[1], sides[0])))
     others = max(0, len(legs.L) - 1)

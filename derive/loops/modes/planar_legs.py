@@ -4,8 +4,8 @@ If the actuator of a leg with three joints is fixed, the leg acts as one body be
 joints. A leg gives one equation for the position p and the rotation R of the platform. In the
 equation of a leg, A is a fixed point, and b is a platform point in platform axes. If both passive
 joints of a leg are revolute, the leg is a rod of length L: |p + R b - A| = L. If the passive joint
-at the base is prismatic, b moves on a fixed line: n . (p + R b - A) = 0. If the passive joint at
-the platform is prismatic, A lies on a platform line: R n . (p + R b - A) = 0.
+at the base is prismatic, the platform point b moves on a fixed line: n . (p + R b - A) = 0. If the
+passive joint at the platform is prismatic, A lies on a platform line: R n . (p + R b - A) = 0.
 
 A leg with two passive prismatic joints determines only the platform angle, and is not supported.
 """
@@ -148,7 +148,7 @@ def _along(vector: PhasorSum, body: PlanarPose) -> PhasorSum:
 def _legs(h: SolvedLoops, clusters: Clusters, axes: ChainAxes) -> list[Leg | None]:
     """Return the legs.
 
-    The list contains None if a part between base and platform is not a leg.
+    For each part between base and platform that is not a leg, the list contains None.
     """
     moving = _virtual(h)
     base = clusters.cluster(clusters.linkage.root)
@@ -175,7 +175,7 @@ class _Reader:
         self.root, self.body = clusters.linkage.root, _virtual(h)[2].link
 
     def leg(self, middle: Cluster, edges: Sequence[Edge]) -> Leg | None:
-        """Return the leg with a middle group between two joints, or None for an unsupported leg."""
+        """Return the leg with the rigid group `middle`, or None if the leg is not supported."""
         clusters, base, platform = self.clusters, self.base, self.platform
         near = [edge for edge in edges if clusters.holds(edge, base, middle)]
         far = [edge for edge in edges if clusters.holds(edge, platform, middle)]
@@ -218,7 +218,7 @@ class _Reader:
         return self.terms.let(sp.sqrt(arm(self.terms, span).square))
 
     def _apart(self, point: PhasorSum) -> Complex:
-        """Return the coordinates of a fixed point along the axes x and y of the main chain."""
+        """Return the coordinates x and y of a fixed point in the axes of the main chain."""
         seen = _seen(point, self.base[self.root])
         return self._coordinates(seen - PhasorSum.of(self.axes.origin))
 

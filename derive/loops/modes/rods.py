@@ -48,8 +48,8 @@ class Rod:
     ) -> list[sp.Expr]:
         """Return the row of the matrix J_q for this rod, with one entry per actuator.
 
-        For unit rate of an actuator, the entry is the velocity of end a along the rod plus the rate
-        of the strut length.
+        Each entry is the velocity of rod end a along the rod plus the rate of the rod length, at
+        unit rate of one actuator.
 
         Args:
             terms: Receives the terms.
@@ -113,8 +113,8 @@ class FreePlatform:
     Attributes:
         directions: The positive direction of each virtual joint, in the base frame.
         points: The origin of the frame of each virtual joint, in the base frame (meter).
-        ends: Coordinates of both strut ends (platform end second) along the first three directions,
-            relative to the origin of the last joint.
+        ends: For each strut, the coordinates of its two ends (platform end second) along the first
+            three joint directions, relative to the origin of the last joint.
     """
 
     directions: tuple[Vector, ...]
@@ -129,8 +129,8 @@ def free_platform(h: SolvedLoops, kinds: Sequence[str]) -> FreePlatform | None:
 
     Args:
         h: The robot.
-        kinds: The kinds of the moving main-chain joints. The platform needs as many struts as
-            moving joints.
+        kinds: The kinds of the moving main-chain joints. A platform must have as many struts as
+            ``kinds`` has entries.
     """
     mechanism, terms = h.mechanism, h.terms
     moving = [joint for joint in mechanism.path_to(mechanism.tool_body) if joint.kind != "fixed"]

@@ -65,8 +65,8 @@ def _matrices(v: Array, side: int) -> Array:
 def quadrics(rods: SixRods) -> Array:
     """Return symmetric matrices H (7, 8, 8) of the equations x.H x = 0 with x = (e, g).
 
-    The equation of the last rod is subtracted from the other five rod equations, which removes
-    their term g.g. The seventh equation is ``e . g = 0``.
+    Subtraction of the last rod equation removes the term g.g from the other five rod equations. The
+    seventh equation is ``e . g = 0``.
     """
     L, R = left(rods.a), right(rods.b)
     H = np.zeros((7, SOMA, SOMA), np.complex128)
@@ -80,7 +80,10 @@ def quadrics(rods: SixRods) -> Array:
 
 
 def finite(x: Array) -> Array:
-    """Return |e.e| for poses (e, g) of unit norm, which is 0 for a pose at infinity."""
+    """Return |e.e| for poses (e, g) of unit norm.
+
+    For a pose at infinity, |e.e| is 0.
+    """
     return np.asarray(np.abs((x[:, :4] ** 2).sum(1)))
 
 

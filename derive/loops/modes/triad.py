@@ -94,7 +94,7 @@ class Elimination:
         norms: The norms of the vectors u_2 and u_3, as functions of the vector components.
         k: The right-hand sides of the two linear equations in w, as functions of the lengths.
         w: Symbols of the components of w, the vector of the first rod.
-        position: Coordinates x and y of the platform in terms of w.
+        position: Coordinates x and y of the platform as functions of the vector w.
         scale: Squared length by whose cube the polynomial in the platform angle is divided.
         linear: The left-hand sides of the two linear equations in w.
         solution: The vector w that solves the two linear equations.
@@ -175,7 +175,8 @@ def triad_polynomial(terms: Terms, triad: Triad) -> tuple[sp.Expr, ...]:
         triad: The legs.
 
     Returns:
-        The coefficients a_0, a_1, b_1, a_2, b_2, a_3, b_3 as named terms.
+        The coefficients a_0, a_1, b_1, a_2, b_2, a_3, b_3 of the trigonometric polynomial, as named
+        terms.
     """
     factors = _Factors(terms, triad)
     scale = terms.let(factors.length_squared ** sp.Rational(-factors.degree, 2))
@@ -292,7 +293,7 @@ class _Factors:
         ]
 
     def of_lines(self) -> list[Harmonics]:
-        """Return the summands of the assembly polynomial if all three legs keep points on lines."""
+        """Return the summands of the assembly polynomial for legs that keep points on lines."""
         assert self.first is not None
         (k2, k3), (n2, n3) = self.half_constants, self.w
         return [
@@ -376,8 +377,8 @@ class _Factors:
         return self._named(minus(self._named(product(pair[0], turn)), pair[1]))
 
     def _area(self, w: tuple[Complex, Complex], v: tuple[Complex, Complex]) -> Harmonics:
-        # With the rotation J by 90 degrees, the cross product w x v is (J w) . v, and J commutes
-        # with the platform rotation.
+        # Let J be the rotation by 90 degrees. Then the cross product w x v is (J w) . v, and J
+        # commutes with the platform rotation.
         return self._product(_quarter_turned(w[0]), _quarter_turned(w[1]), *v)
 
     def _chosen(self, condition: sp.Expr, one: sp.Expr, other: sp.Expr) -> sp.Expr:

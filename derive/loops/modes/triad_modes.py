@@ -10,8 +10,8 @@ from .triad import Triad
 
 SLOTS, CHAIN = 6, 3
 OPERATIONS = 12_000
-"""Approximate number of operations of ``modes``. The roots of the polynomial need 6,000 operations,
-and each mode needs 1,000."""
+"""Approximate number of operations of ``modes``. The polynomial roots need 6,000 operations, and
+each of the six assembly modes needs 1,000 operations."""
 CALLS = (
     "assembly_polynomial",
     "assembly_position",

@@ -279,7 +279,7 @@ class ParametricLoops:
         return (*calls, self._called("tool_p", "T"), by_p, turned)
 
     def _called(self, name: str, array: str) -> Call:
-        """Return the call of a function of w and p, whose result is stored in an array."""
+        """Return a function call with the arguments w and p that stores its result in an array."""
         shape = self.inner[name].outputs[0].shape
         return Call("", name, ("w", "p"), (self._table(array, *shape),), 0)
 

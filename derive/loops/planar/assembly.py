@@ -3,9 +3,10 @@
 Solution steps join bodies until all bodies form one rigid group.
 
 At first, each body of a linkage is a separate group. Bodies with a known joint or a weld between
-them are joined first. The first possible step in ``STEPS`` then joins further bodies. Both kinds of
-joining alternate until all bodies are joined. If all bodies are joined, the mechanism is a sequence
-of Assur groups of class II. The known joints are the actuated joints or the main-chain joints.
+them are joined first. The first applicable step class in ``STEPS`` then joins further bodies. Both
+kinds of joining alternate until all bodies are joined. If all bodies are joined, the mechanism is a
+sequence of Assur groups of class II. The known joints are the actuated joints or the main-chain
+joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -35,8 +36,8 @@ STEPS: tuple[type[PlanarStep], ...] = (
     TwoPinsAndSlide,
     ThreePins,
 )
-"""The classes of planar solution steps, in the order in which they are tried. The steps at the
-start of the list need no square root."""
+"""The classes of planar solution steps, in the order in which they are tried. The first classes in
+this list need no square root."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,8 @@ class Assembly:
         steps: The solution steps in order.
         values: Solved values of joints, swing angles and cylinders by name. An angle is a sum of
             solved angles and coordinates, and may exceed a full turn.
-        loops: Rates of all solved angles, keyed by the symbol of the angle.
+        loops: Functions that return the rates of the solved angles, keyed by the symbol of the
+            angle.
         relations: Loop equations, each a sum of rotated vectors that is zero.
         open: Names of the joints that remain unsolved.
     """
@@ -95,7 +97,7 @@ def assemblies(
 ) -> Iterator[Assembly]:
     """Yield the assemblies on all branches.
 
-    From one assembly to the next, the branch sign of the last solution step varies fastest. Two
+    The assemblies are ordered so that the branch sign of the last solution step varies fastest. Two
     branches share the expressions of all steps before the first step at which their signs differ.
 
     Args:

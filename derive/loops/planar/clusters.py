@@ -92,7 +92,8 @@ class Clusters:
             configuration.
         all: The rigid groups.
         steps: The solution steps that are already found.
-        loops: Rates of all solved angles, keyed by the symbol of the angle.
+        loops: Functions that return the rates of the solved angles, keyed by the symbol of the
+            angle.
         relations: Loop equations, each a sum of rotated vectors that is zero.
         travels: Solved displacements of prismatic joints and cylinders, keyed by name.
         bases: Vectors between the two base pins of each solved dyad.
@@ -153,8 +154,7 @@ class Clusters:
     def rings(self, slides: int) -> Iterator[tuple[Edge, ...]]:
         """Yield rings of three rigid groups.
 
-        Each ring contains the given number of prismatic joints, and the other joints of the ring
-        are pins.
+        Each ring contains ``slides`` prismatic joints, and the other joints of the ring are pins.
         """
         for edges in combinations(self.between(), RING):
             count = sum(isinstance(edge, SlideEdge) for edge in edges)
@@ -162,7 +162,7 @@ class Clusters:
                 yield edges
 
     def ring(self, slides: int) -> tuple[Edge, ...] | None:
-        """Return the first ring that ``rings`` yields, or None."""
+        """Return the first ring with the given number of prismatic joints, or None."""
         return next(self.rings(slides), None)
 
     def _is_ring(self, edges: tuple[Edge, ...]) -> bool:
@@ -329,7 +329,7 @@ class Clusters:
     ) -> float:
         """Return the Euclidean distance between joint values and their reference values.
 
-        For this distance, travels of slides are divided by the size of the mechanism.
+        Before the distance is computed, slide travels are divided by the mechanism size.
 
         Args:
             edges: The joints.
@@ -362,7 +362,10 @@ class Clusters:
         return {}
 
     def nearer(self, distances: Mapping[int, float]) -> int:
-        """Return the branch sign with the smaller distance, or 0 for nearly equal distances."""
+        """Return the sign of the branch that is nearer to the reference.
+
+        For nearly equal distances, return 0.
+        """
         if abs(distances[1] - distances[-1]) < BRANCHES_APART:
             return 0
         return min(distances, key=distances.__getitem__)

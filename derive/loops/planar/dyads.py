@@ -20,10 +20,10 @@ SIDES = {1: "left", -1: "right"}
 class Dyad:
     """A ring of three rigid groups and three pins.
 
-    A pin connects the two arms, whose vectors are V and W.
+    The two arms have the vectors V and W, and are connected by a pin.
 
     Attributes:
-        clusters: The base group and the two arm groups X and Y.
+        clusters: The three rigid groups: the base group, and the arm groups X and Y.
         pins: The pins between base and X, between X and Y, and between base and Y.
         V: Vector on X, from the pin between base and X to the pin between X and Y.
         W: Vector on Y, from the pin between base and Y to the pin between X and Y.

@@ -103,8 +103,8 @@ class StepEquations:
             scalar.
         unknowns: Named terms for solved slider displacements and solved position components, keyed
             by symbol.
-        results: Definitions of quantities as pairs (symbol, expression), each of which uses only
-            earlier quantities.
+        results: Definitions of quantities as pairs (symbol, expression). Each expression contains
+            only quantities that are defined earlier.
         angles: The solved angles.
         margin: The distance of the step from its dead point, or None if the loop closes for all
             coordinates.
@@ -134,7 +134,8 @@ class LoopStep(ABC):
         solved: The solved angles, as named terms.
         margin: A term that is zero at a dead point and negative if the loop cannot close, or None
             if the loop can always close.
-        root: A term of arbitrary sign that is NaN if the step cannot close the loop.
+        root: A term that is NaN if the step cannot close the loop. The sign of this term has no
+            meaning.
         sign: The branch sign of the step, or zero if the step has a unique solution.
         title: Name of the solution method.
         branches: Names of the branches, keyed by sign. Each name states on which side of the
@@ -142,8 +143,8 @@ class LoopStep(ABC):
         opening: Text that precedes the printed equations if these equations are not expressed in
             the axes of a body.
         reason: A sentence that is printed if the step has no equations.
-        dead_point: Text that describes the dead points of the step, with letters of quantities in
-            braces.
+        dead_point: Text about the dead points of the step, in which the letters of quantities are
+            enclosed in braces.
     """
 
     joints: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Solves parallelograms of three rigid groups and three pins.
+"""Solves rings of three rigid groups and three pins that form parallelograms.
 
 The base vector of a parallelogram is the sum of two vectors with the lengths of the arms. A
 parallelogram has two assembly modes, which are computed without a square root. In the parallelogram
@@ -45,8 +45,8 @@ class Sides:
         dyad: The ring of three rigid groups and three pins.
         first: The vector that is parallel to the arm vector V in the parallelogram mode.
         turns: The rotations of the two arms in the parallelogram mode.
-        crossed: The rotations of the two arms in the crossed mode of a rhombus, or None for unequal
-            sides.
+        crossed: The rotations of the two arms in the crossed mode if the parallelogram is a
+            rhombus, or None if its sides are unequal.
         base: The base vector.
     """
 
@@ -135,7 +135,7 @@ def _mirrored(clusters: Clusters, sides: Sides) -> CrossedParallelogram:
     terms, dyad = clusters.terms, sides.dyad
     x, y = D = sides.base.coordinates(terms)
     square = terms.let(terms.let(x * x) + terms.let(y * y))
-    # For the base vector D, the rotation angle psi of the mirror image satisfies e^(i psi) = D /
+    # The mirror image of a vector C about the base D is e^(i psi) conj(C), where e^(i psi) = D /
     # conj(D).
     c = terms.let(terms.let((x - y) * (x + y)) / square)
     s = terms.let(terms.let(2 * x * y) / square)

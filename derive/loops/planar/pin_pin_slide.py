@@ -76,7 +76,7 @@ def circle_and_line(
 
     Args:
         terms: Receives the terms.
-        offset: The vector from the first to the second pin at zero travel.
+        offset: The vector from the first to the second pin at zero travel of the slide.
         direction: Unit vector along the slide.
         r: The vector between the pins on the third body.
         sign: 1 for the larger travel, -1 for the smaller travel.
@@ -96,7 +96,8 @@ def circle_and_line(
 def rate_of_third(line: CircleAndLine) -> LoopRate:
     """Return the function for the rate phi' of the third body.
 
-    With the vector u between the two pins, |r|^2 phi' = u x u' - r x r'.
+    The rate phi' satisfies |r|^2 phi' = u x u' - r x r', where u is the vector between the two
+    pins.
     """
 
     def rate(tangent: Tangent) -> sp.Expr:

@@ -60,7 +60,7 @@ class Branch:
         return self.taken[-1] * self.own.get(joined, 1)
 
     def length(self, joined: Joined) -> sp.Expr:
-        """Return the sign of the next leg length, which selects the branch."""
+        """Return the branch sign of the next step, which is the sign of a leg length."""
         return self.side(joined)
 
     def figure(self, joined: Joined) -> int:
@@ -71,9 +71,9 @@ class Branch:
 class FreeSides(Branch):
     """Branch signs as symbols. Each step with two branches has a sign symbol.
 
-    A parallelogram stays in its assembly mode at the reference, because its two modes differ in
-    more than a sign. The length of a leg always has the same sign as at the reference, because an
-    inverted leg is not a solution.
+    A parallelogram has no sign symbol and keeps its assembly mode at the reference, because its two
+    modes differ in more than a sign. The length of a leg always has the same sign as at the
+    reference, because an inverted leg is not a solution.
     """
 
     def __init__(
@@ -101,8 +101,8 @@ class FreeSides(Branch):
 def every_branch(solve: Callable[[Branch], Solved], own: Mapping[Joined, int]) -> Iterator[Solved]:
     """Solve the loops on all branches, and yield the results, beginning with the reference branch.
 
-    From branch to branch, the sign of the last solution step varies fastest. The existence of a
-    solution step may depend on the signs of earlier steps.
+    The branches are ordered so that the sign of the last solution step varies fastest. The
+    existence of a solution step may depend on the signs of earlier steps.
 
     Args:
         solve: Function that solves the loops on a branch.
@@ -201,7 +201,7 @@ class AtReference:
         )
 
     def turn(self, angle: sp.Expr, rotor: Complex) -> float:
-        """Return the sum of an angle at the reference and the angle of a constant rotation."""
+        """Return an angle at the reference plus the angle of the constant rotation `rotor`."""
         return self.of(angle) + cmath.phase(self.number(rotor))
 
     def _of_symbol(self, symbol: sp.Symbol) -> float:

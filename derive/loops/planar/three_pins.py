@@ -72,10 +72,10 @@ def two_circles(
 
     Args:
         terms: Names of all terms.
-        v: The arm that rotates about the first end of the base D, with a length equal to the radius
+        v: The arm that rotates about the first end of the base D. The arm length |v| is the radius
             of the first circle.
-        w: The arm that rotates about the second end of the base D, with a length equal to the
-            radius of the second circle.
+        w: The arm that rotates about the second end of the base D. The arm length |w| is the radius
+            of the second circle.
         D: The base.
         sign: 1 if C is to the left of D, -1 if C is to the right of D.
         gate: Function that makes the radicand of h negative if the length of a cylinder is not

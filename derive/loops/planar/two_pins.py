@@ -179,10 +179,7 @@ class PinAndSlide(PlanarStep):
         return False
 
     def equations(self) -> StepEquations:
-        """Return the equation t = D .
-
-        B for the travel t along the slide direction B.
-        """
+        """Return the equation t = dot(D, B) for the travel t along the slide direction B."""
         D, B = components("D"), components("B")
         t = quantity("t")
         return StepEquations(

@@ -17,7 +17,7 @@ from .solution import Solution, factors_of, reported
 
 
 def allowed(solutions: Sequence[Solution]) -> sp.Basic:
-    """Return the condition that at least one solution closes all loops with known joints.
+    """Return the condition that at least one solution closes all loops whose joints are solved.
 
     Args:
         solutions: The solutions on different branches, computed from the main chain.

@@ -37,7 +37,7 @@ class Solution:
         mechanism: The description.
         values: Values of joints, swing angles and cylinders, keyed by name. Joint and swing angles
             may exceed a full turn.
-        loops: Functions that compute the rates of the solved angles, for ``Tangent``.
+        loops: Functions that ``Tangent`` calls to compute the rates of the solved angles.
         steps: The solution steps, in the order in which they are evaluated.
         relations: Sums of rotated planar vectors that are zero if the loops close.
         open: Names of the joints, swing angles and cylinders whose values the solution does not
@@ -195,7 +195,7 @@ def _solved(loops: Loops, begun: Solution, branch: Branch | None = None) -> Solu
 def _goes_on(loops: Loops, before: Solution, planar: Solution, after: Solution) -> bool:
     """Whether another pass through the solution steps can solve more joints.
 
-    With couplings, a joint that is solved in one loop may determine a joint of another loop.
+    Through a coupling, a joint that is solved in one loop may determine a joint of another loop.
     """
     if loops.mechanism.couplings:
         return bool(after.open) and after.open != before.open
@@ -356,8 +356,8 @@ def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint |
     For a joint without limits, the angle interval is -pi to pi. If the magnitude of the reference
     value exceeds pi, the interval is centered at the multiple of pi nearest to the reference value.
     With this center, joint angles near the reference do not jump. For a coupled joint, the interval
-    contains the joint limits. For a coupled joint without limits, the interval is centered at the
-    multiple of 90 degrees nearest to the reference value.
+    contains the joint limits. The angle interval of a coupled joint without limits is centered at
+    the multiple of 90 degrees nearest to the reference value.
 
     Args:
         terms: Receives the terms.

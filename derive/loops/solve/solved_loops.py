@@ -39,13 +39,12 @@ class SolvedLoops(LoopModel):
         backward: The solution for all joints as functions of the main-chain joints. This solution
             may be empty if the loops have no closed form or do not close exactly.
         numbers: The loop constraints, evaluated in double precision near the reference.
-        at_reference: The value of each mechanism variable (entry of z) at the reference with closed
+        at_reference: Values of the mechanism variables z at the reference configuration with closed
             loops, keyed by name.
         q_at_reference: The actuated coordinates (n,) at the reference (radian or meter).
         spare: Number of redundant actuators. A robot with redundant actuators has the function
             ``fk`` only if its loops close in the least-squares sense.
-        missing: Texts about omitted branches, keyed by the name of the function that omits these
-            branches.
+        missing: Messages about branches that a function omits, keyed by the name of the function.
     """
 
     loops: Loops
@@ -105,10 +104,10 @@ class SolvedLoops(LoopModel):
     def while_closed(self, entries: Sequence[sp.Expr], *solutions: Solution) -> tuple[sp.Expr, ...]:
         """Make expressions NaN if the loops do not close.
 
-        The square root in the solution of a loop is NaN if the loop does not close. To expressions
-        without this square root, the function adds a term that is 0 for closed loops and NaN
-        otherwise. For example, the pose of a chain does not contain the square root from a brace
-        between two links of the chain.
+        The square root in the solution of a loop is NaN if the loop does not close.
+        ``while_closed`` adds a term to each expression without this square root. The added term is
+        0 for closed loops and NaN otherwise. For example, the pose of a chain does not contain the
+        square root from a brace between two links of the chain.
 
         Args:
             entries: The entries.

@@ -17,7 +17,7 @@ from .struts import Legs
 class BallEnd(NamedTuple):
     """One end of a ball joint that closes a loop.
 
-    A point on a pin axis may act as the ball.
+    If a pin joint closes the loop, a point on the pin axis may act as the ball.
 
     Attributes:
         closure: The closure.
@@ -73,7 +73,7 @@ class Fork(NamedTuple):
 def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
     """Return the two ends of a ball joint that closes a loop.
 
-    The tuple is empty if a joint of another type or a strut closes the loop.
+    The tuple is empty if the loop is closed by a strut or by a joint that is not a ball joint.
     """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "ball":
@@ -84,7 +84,7 @@ def ball_ends(legs: Legs, loop: Loop) -> tuple[BallEnd, ...]:
 def pin_ends(legs: Legs, loop: Loop) -> tuple[tuple[BallEnd, BallEnd], ...]:
     """Return two points on the pin axis for each end of a pin joint that closes a loop.
 
-    The tuple is empty if a joint of another type or a strut closes the loop.
+    The tuple is empty if the loop is closed by a strut or by a joint that is not a pin joint.
     """
     loop_joint = loop.loop_joint
     if not isinstance(loop_joint, Closure) or loop_joint.kind != "pin":

@@ -1,14 +1,14 @@
 """A body on several guides whose bearings do not rotate, such as a bridge on two rails.
 
-A closing joint connects the ends of the two branches of a loop. Both frames of this joint must be
-aligned if all revolute joints have their reference values. If the axes of the unknown revolute
-joints are linearly independent, these joints keep their reference values. A linear equation then
-gives the displacements of the prismatic joints at which both frame origins of the closing joint
-coincide.
+A closing joint connects the ends of the two branches of a loop. Both frames of the closing joint
+must be aligned when all revolute joints have their reference values. If the axes of the unknown
+revolute joints are linearly independent, these joints keep their reference values. A linear
+equation then gives the displacements of the prismatic joints at which both frame origins of the
+closing joint coincide.
 
 The guides have a second assembly mode, in which bearings are rotated by half a turn. The linear
-equation does not yield this second mode, which is irrelevant because bearings are not mounted
-rotated by half a turn.
+equation does not yield this second mode. The second mode is irrelevant, because bearings are not
+mounted rotated by half a turn.
 
 Source: Blanding, Exact Constraint, 1999, ch. 4, for bodies on guides without overconstraint.
 """
@@ -105,7 +105,7 @@ class _Guided:
         )
 
     def _axis(self, joint: Joint) -> Vector:
-        """Return the motion direction of a joint in the body at which both loop branches start."""
+        """Return a joint's motion direction in the frame of the body where both branches start."""
         path = self.loop.to_a if joint in self.loop.to_a else self.loop.to_b
         before = path[: path.index(joint)]
         axes, _ = pose_along(self.legs.mechanism, self.terms, before, joint.before, self.still)

@@ -104,8 +104,8 @@ class HingePoints(LoopStep):
     """The angle of a hinge whose link points to a ball joint with a known position.
 
     Attributes:
-        direction: The vector from the hinge axis to the ball, expressed in the hinge frame at hinge
-            angle zero (meter).
+        direction: The vector from the hinge axis to the known ball position, in the axes of the
+            hinge frame at hinge angle zero (meter).
         tip: The vector from the hinge axis to the ball if the hinge angle is zero.
     """
 

@@ -1,14 +1,14 @@
 """Solves spatial loops in closed form: ball-ended legs and translating platforms.
 
-The length of a strut with ball ends is the distance between two points. If both points are known,
-this distance gives the length of a cylinder. If a single unknown joint moves one end of a strut,
-the strut determines this joint. The joint value follows from the intersection of a circle or a line
-with a sphere. For a platform with constant orientation, three struts determine the position as the
-intersection of three spheres. Pairs of equal, parallel rods keep the orientation of a platform
-constant. A rod between a ball and a hinge or universal joint acts like a ball-ended strut. Such a
-rod also determines the angles of its hinge or universal joint. If the joint that closes a loop
-connects bodies on prismatic joints, the loop determines the displacements of these prismatic
-joints.
+The length of a strut with ball ends is the distance between its end points. If both end points of a
+cylinder are known, their distance gives the cylinder length. If a single unknown joint moves one
+end of a strut, the strut determines this joint. The joint value follows from the intersection of a
+circle or a line with a sphere. For a platform with constant orientation, three struts determine the
+position as the intersection of three spheres. Pairs of equal, parallel rods keep the orientation of
+a platform constant. A rod between a ball and a hinge or universal joint acts like a ball-ended
+strut. Such a rod also determines the angles of its hinge or universal joint. If the joint that
+closes a loop connects bodies on prismatic joints, the loop determines the displacements of these
+prismatic joints.
 
 Source:
     Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for ball-jointed parallelograms.
@@ -35,8 +35,8 @@ from .universal_leg import UniversalJoint
 STEPS: tuple[type[LegStep], ...] = (CylinderLength, SlidingLeg, TurningLeg, ThreeSpheres)
 """The solution steps for ball-ended struts, in the order in which the steps are tried."""
 LastStep = Callable[[Legs, Loop], bool]
-"""Function that solves for the unknown joints of a loop. Such a function returns False if its
-solution method does not apply to the loop."""
+"""Function that solves for the unknown joints of a loop, or returns False if its solution method
+does not apply to the loop."""
 BeforeBall = UniversalJoint | HingedRod | Telescope
 BEFORE_BALL: tuple[type[BeforeBall], ...] = (UniversalJoint, HingedRod, Telescope)
 """Kinds of joints before a ball joint that closes a loop, in the order in which they are tried.
@@ -59,8 +59,8 @@ def assemble_in_space(
         mechanism: The description.
         loops: The spatial loops. Struts with ball ends, rods with universal joints, and bodies on
             prismatic joints can be solved.
-        known: Record of the known joint values, to which the solved joint values, their rates, and
-            the solution steps are added.
+        known: Record of the known joint values. The function adds the solved joint values, their
+            rates, and the solution steps to this record.
         reference: The configuration that selects the branch.
         branch: The branch to solve, or None for the branch of the reference.
         last_step: The solution step to try on each loop if no other solution step applies.
@@ -117,7 +117,7 @@ def is_clearest(legs: Legs, strut: Strut, struts: Sequence[Strut]) -> bool:
 
     Returns:
         True if the leg is far from its dead point, or if no other leg for the same joint is clearly
-        farther.
+        farther from its dead point.
     """
     moving = legs.moving(strut)
     rivals = [

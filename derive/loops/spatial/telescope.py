@@ -1,7 +1,7 @@
 """Solves for the slide between revolute joints and a ball joint, as in RPS and UPS legs.
 
-The axes of the revolute joints intersect at a fixed point, the foot. If a leg has a single hinge,
-its foot lies on the fixed axis of this hinge. The travel of the slide determines the distance
+The axes of the revolute joints intersect at a fixed point, the foot. The foot of a leg with a
+single hinge lies on the fixed axis of this hinge. The travel of the slide determines the distance
 between the ball and the foot. The revolute joints then point the slide at the ball.
 
 Source:

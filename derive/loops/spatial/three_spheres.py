@@ -165,7 +165,8 @@ def _at_rest(
 ) -> tuple[Mapping[str, sp.Expr], Mapping[str, sp.Expr]]:
     """Return the reference angles of the platform joints, and a mapping of all known values.
 
-    The mapping includes the reference angles, and the value 0 for each slider of the platform.
+    The mapping of known values includes the reference angles, and the value 0 for each slider of
+    the platform.
     """
     turned = {joint.name: legs.mechanism.reference_of(joint.name) for joint in path[SPHERES:]}
     at_zero = dict.fromkeys((joint.name for joint in path[:SPHERES]), ZERO)
@@ -226,7 +227,7 @@ class _Meeting:
     The vectors u and v point from the first center to the second and third center, and w is u x v.
     The vector p from the first center to an intersection satisfies p . u = alpha and p . v = beta.
     Therefore, p = n / w^2 + sign w sqrt(h^2 / w^2) with n = alpha (v x w) + beta (w x u). In this
-    formula, h^2 = l^2 - n^2 / w^4, and l is the first radius.
+    formula for p, h^2 = l^2 - n^2 / w^4, and l is the radius of the first sphere.
     """
 
     terms: Terms

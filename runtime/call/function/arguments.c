@@ -224,7 +224,8 @@ static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArra
     return -1;
 }
 
-/* Replaces a NumPy error with an error that names the argument; the NumPy error is its cause. */
+/* Replaces a NumPy error with an InputError that names the argument and has the NumPy error as its
+ * cause. */
 static void set_input_error(const Kernel *kernel, const Operand *operand)
 {
     if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {

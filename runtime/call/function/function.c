@@ -23,9 +23,10 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     return 0;
 }
 
-/* The type has no tp_clear, because a call needs all members until it ends. The members exist
- * before the Function object. A reference cycle therefore contains another object that was changed
- * later. The garbage collector breaks the cycle at this other object. */
+/* The type has no tp_clear, because a call needs all members until it ends. A Function refers only
+ * to objects that existed before it. A reference cycle through a Function therefore contains
+ * another object that was changed later. The garbage collector breaks the cycle at this other
+ * object. */
 static void function_dealloc(Function *self)
 {
     PyObject_GC_UnTrack(self);

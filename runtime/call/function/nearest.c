@@ -25,8 +25,8 @@ typedef struct {
     int is_fast; /* whether C handles calls without options */
 } Nearest;
 
-/* Writes the redundancy parameters at a seed. The inverse kinematics function takes these inputs
- * after the pose. */
+/* Writes the values of the redundancy parameters at a seed. The inverse kinematics function takes
+ * these values as inputs after the pose. */
 static void write_parameters(const Nearest *self, const double *q_seed, double *values)
 {
     if (PyTuple_CheckExact(self->parameters)) {

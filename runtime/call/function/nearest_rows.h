@@ -26,8 +26,7 @@ static inline npy_intp coordinates_of(const Kernel *kernel)
     return kernel->operands[kernel->n_inputs].dims[1];
 }
 
-/* Tests whether a row needs refinement, or whether its target is not a pose. Python then handles
- * the row. */
+/* Tests whether Python must handle a row: the row needs refinement, or its target is not a pose. */
 static inline int is_unsettled(const Function *inverse, int slot, double residual)
 {
     return slot < 0 && ((inverse->refinement && residual <= inverse->near) || residual > DBL_MAX);

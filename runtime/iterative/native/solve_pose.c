@@ -66,7 +66,7 @@ static void refine_ends(const Problem *problem, Search *search)
     }
 }
 
-/* Searches from all start configurations and refines the best results, unless there is no pose. */
+/* If the target is a pose, searches from all start configurations and refines the best results. */
 static void search_pose(const Problem *problem, const double *seed, Ending ending,
                         const Results *results)
 {

@@ -85,7 +85,8 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Finds by bisection the s in [0, 1] for which s*a is nearest to the box between the bounds. */
+/* Finds by bisection the factor s in [0, 1] for which the vector s*a is nearest to the box between
+ * the bounds. */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;
@@ -151,7 +152,8 @@ static void keep_better(RateProblem *p, Candidate found, Candidate *best)
     }
 }
 
-/* Decomposes the columns of J of the free joints. Returns 1 if these joints need no damping. */
+/* Decomposes those columns of the Jacobian J that belong to free joints. Returns 1 if the free
+ * joints need no damping. */
 static int decompose_free(RateProblem *p)
 {
     svd_decompose(&p->svd, p->J, p->fixed);

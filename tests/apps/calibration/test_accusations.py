@@ -48,7 +48,7 @@ def linear_delta(tmp_path_factory):
 def end_stops(robot, found):
     """Return the end stop errors minus their mean.
 
-    A common error of all end stops has the same effect as a shift of the bed height.
+    An equal error of all end stops has the same effect as a shift of the bed height.
     """
     offsets = [k for k, item in enumerate(robot.geometry) if item.part == "offset"]
     errors = found.p[offsets] - np.array([robot.geometry[k].value for k in offsets])

@@ -25,8 +25,8 @@ POSES = 2000
 FOUND = 1e-6
 """Maximum joint difference (radian, meter) at which two solutions count as equal."""
 NEAR = 0.02
-"""Maximum tool pose difference (meter, rotation matrix entries) at which the nominal robot and its
-copy with errors count as on the same branch."""
+"""Maximum tool pose difference (meter, rotation matrix entries) up to which the nominal robot and
+its copy with errors count as being on the same branch."""
 SAME_CONFIGURATION = 0.25
 """Maximum joint difference (radian, meter) at which solutions of the nominal robot and of its copy
 count as the same configuration."""

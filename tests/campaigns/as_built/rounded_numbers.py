@@ -2,7 +2,7 @@
 
 Each trial rounds the lengths and angles of a shipped robot to 4 to 12 decimal places. The robot
 with rounded numbers must have the same closed-form solution steps as the exact robot. The loops of
-the rounded robot must close up to rounding errors.
+the rounded robot must close, except for rounding errors.
 """
 
 from dataclasses import dataclass, field
@@ -65,8 +65,8 @@ def trial(number: int) -> Outcome:
 def judged(design: Mechanism, written: Mechanism, places: int, rng: np.random.Generator) -> Judged:
     """Derive and test a robot with rounded numbers.
 
-    The mechanism `design` has exact dimensions, and the mechanism `written` has dimensions rounded
-    to `places` decimals.
+    The argument `design` is the mechanism with exact dimensions, and `written` is the mechanism
+    with dimensions rounded to `places` decimals.
     """
     robot = cleaned(written)
     forms = _form(design), _form(robot)

@@ -84,8 +84,8 @@ def trial(number: int) -> Outcome:
 def judged(built: Mechanism, design: Mechanism, rng: np.random.Generator) -> Judged:
     """Derive a robot with errors in its dimensions, and test its functions.
 
-    The mechanism `built` has errors in its dimensions, and the mechanism `design` is the robot
-    without errors.
+    The argument `built` is the mechanism with errors in its dimensions, and `design` is the
+    mechanism without errors.
     """
     robot = chasles.load(design.name)
     has_ik = "ik" in robot.functions

@@ -34,8 +34,8 @@ Together, the LaTeX articles of these robots contain every kind of statement abo
 of the robots have loops, fixed joints or prismatic joints."""
 CONFIGURATIONS = 30
 HOLDS = 1e-6
-"""Tolerance of a statement about joint axes: the sine of an angle, or a distance divided by the arm
-length."""
+"""Tolerance of statements about joint axes, for the sine of an angle or a distance divided by the
+arm length."""
 LOST = 1e-7
 """Upper bound (m, rad) on the smallest singular value of a rank-deficient Jacobian."""
 

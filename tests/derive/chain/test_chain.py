@@ -198,7 +198,7 @@ def test_coupled_joint_adds_scaled_leader_angle():
 
 
 def test_tilt_by_named_parameter_separates_groups_even_at_zero():
-    """A named parameter's value may change, so groups of parallel axes must not depend on it."""
+    """Groups of parallel axes must not depend on the changeable value of a named parameter."""
     alpha = sp.Symbol("alpha", real=True)
     from chasles.derive import Parameter
 

@@ -1,8 +1,7 @@
 """Test that each calibration parameter causes the displacement that its name states.
 
-A comparison of derivatives with differences of computed poses would not detect a parameter with a
-wrong name. The tests therefore compute poses as products of NumPy matrices, built from the
-parameters' names.
+Finite differences of computed poses would not detect a parameter with a wrong name. The tests
+therefore compute poses as products of NumPy matrices, built from the parameters' names.
 """
 
 import numpy as np
@@ -46,8 +45,8 @@ class Numbers(dict):
 def off_by(random, nominal, size, parameters):
     """Return perturbed parameter values with nine decimal places, which are exact fractions.
 
-    The function does not change the named parameters of the description, which
-    ``test_named_parameters`` covers.
+    The function does not perturb the named parameters of the description, because
+    ``test_named_parameters`` covers them.
     """
     size = [0 if g.part == "parameter" else size for g in parameters]
     return np.round(nominal + random.uniform(-1, 1, len(nominal)) * size, 9)

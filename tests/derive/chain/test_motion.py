@@ -55,7 +55,7 @@ def test_repeated_rates_reuse_named_terms():
 
 
 def test_solved_angle_is_differentiated_through_its_loop_rate():
-    """The time derivative of a solved loop angle is the rate that the loop provides.
+    """The time derivative of a solved loop angle is the angle's rate from the loop equations.
 
     The atan2 of this angle is not differentiated.
     """

@@ -37,7 +37,7 @@ def matrix(derived, name):
 
 
 def vanishes(expression):
-    """Test whether a polynomial in cosines and sines is zero if c^2 + s^2 = 1 for each angle."""
+    """Test whether a polynomial in cosines c and sines s vanishes due to c^2 + s^2 = 1."""
     rest = sp.expand(sp.expand(expression), trig=True)
     for q in (q1, q2, q3):
         c, s = sp.symbols("c s")

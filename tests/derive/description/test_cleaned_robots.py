@@ -233,8 +233,8 @@ def test_pose_error_bound_holds_and_is_tight_in_every_convention():
             conventions |= {joint.convention.name for joint in robot.joints}
     assert len(shares) > 4
     assert conventions == {convention.name for convention in CONVENTIONS}
-    # The pose errors due to single rounded values rarely add up, but their bound has the right
-    # order of magnitude.
+    # The bound on the pose error has the right order of magnitude, although the errors due to
+    # single rounded values rarely add up.
     assert np.median(shares) > 0.2
 
 

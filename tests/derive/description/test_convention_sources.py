@@ -161,7 +161,7 @@ def test_poe_joint_matches_rodrigues_formula():
 
 @pytest.mark.parametrize("convention", BY_NAME)
 def test_prismatic_joint_translates_along_axis_of_its_convention(convention):
-    """The tool moves along the prismatic joint axis of each convention at generic link angles."""
+    """A prismatic joint moves the tool along the joint axis that its link convention defines."""
     angles = iter(sp.symbols("u v w", real=True))
     fields = BY_NAME[convention].fields
     given = {field.name: next(angles) for field in fields if field.kind == "angle"}

@@ -25,8 +25,8 @@ def fixed(convention, **given):
     return joint(convention, "end", "fixed", **given)
 
 
-# The same mechanism in every link convention: a revolute joint about z, a parallel revolute joint
-# at distance a, and a tilted prismatic joint at d. The tool is offset by e along the axis of the
+# One mechanism in all link conventions: a revolute joint about z, a parallel revolute joint at
+# distance a, a tilted prismatic joint at height d. The tool is offset by e along the axis of the
 # prismatic joint.
 MECHANISM = {
     "dh": (

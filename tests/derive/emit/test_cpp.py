@@ -67,7 +67,7 @@ def run(*command, cwd=None, given=None, env=None):
 def built(tmp_path_factory):
     """Write the C++ sources of each robot and build a program with these sources.
 
-    The program of the UR5e uses the installed CMake package instead of the sources.
+    The test program of the UR5e uses the installed CMake package, not the C++ sources directly.
     """
     folder = tmp_path_factory.mktemp("packages")
     (folder / "robots").symlink_to(folder)

@@ -33,8 +33,8 @@ COMPLETE = ("cpp", "mex", "moveit")
 MISSING = {"planar_3rrr": "fk", "jaco2": "ik"}
 """For each robot, a function that calls an iterative solver."""
 MISSING_IN_CASADI = {"ur5e": "ik", "planar_3rrr": "twist_mixed", "jaco2": "ik"}
-"""For each robot, a function that is missing in the CasADi file. These functions have several
-branches, or depend on loops without a closed form."""
+"""For each robot, a function that the CasADi file lacks, because the function has several branches
+or depends on loops without a closed form."""
 
 
 def test_all_languages_are_tested():

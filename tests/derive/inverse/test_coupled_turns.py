@@ -66,7 +66,7 @@ def coupled_pair(plane, sense):
 
 
 def turned(k, angles, v):
-    """Rotate each row of v about the axis k by the corresponding angle."""
+    """Rotate row i of v about the axis k by angles[i]."""
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     along = k * (k @ v)
     return along + c * (v - along) + s * np.cross(k, v)

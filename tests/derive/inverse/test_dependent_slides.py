@@ -1,4 +1,4 @@
-"""Inverse kinematics of arms whose prismatic directions are dependent at some joint values.
+"""Inverse kinematics of arms whose prismatic directions can become linearly dependent.
 
 If the prismatic directions are linearly dependent, many joint values reach one pose.
 """

@@ -1,4 +1,4 @@
-"""The explanation of an IK function states its steps, or the conditions that the axes violate."""
+"""`explain` states the steps of an IK function, or the conditions that the joint axes violate."""
 
 import re
 from functools import cache

@@ -1,4 +1,4 @@
-"""Tests a new family of closed-form inverses for cylindrical arms, which only this file defines.
+"""Tests a new inverse kinematics family for cylindrical arms that only this file defines.
 
 The test arm has a revolute column, a lift, a boom and a tool joint about the vertical. The new
 family precedes the listed families, because a listed family also matches the axes of this arm.

@@ -72,7 +72,7 @@ def test_numeric_search_keeps_fixed_joint_values(seed):
 
 
 def test_shipped_serial_robots_need_no_numeric_search():
-    """An inverse kinematics function that misses no pose needs no slow search.
+    """Shipped serial robots need no slow search, because their IK functions miss no pose.
 
     ``python -m bench inverse`` tests robot poses at joint angles that are multiples of 90 degrees.
     """

@@ -52,7 +52,7 @@ def built(seed=3):
 
 
 def test_nominal_design_gives_inverse_of_built_mechanism(monkeypatch):
-    # The inverse derivation tries only the first nominal mechanism, which keeps the test short.
+    # To keep the test short, the derivation tries only the first nominal mechanism.
     tried = hybrid_inverse.nominal_mechanisms
     monkeypatch.setattr(hybrid_inverse, "nominal_mechanisms", lambda m: islice(tried(m), 1))
     alone = hybrid_inverses(solved(built()))
@@ -94,7 +94,7 @@ def test_nominal_design_must_have_the_same_members():
 
 @pytest.fixture
 def files(tmp_path):
-    """Write the robot file of the as-built robot next to the robot file of the design."""
+    """Write the robot files of the nominal design and the as-built robot into one folder."""
     (tmp_path / "design.toml").write_text(with_values(VALUES))
     own = with_values(VALUES | {"r": "161.82"})
     own = own.replace('convention = "urdf"', 'convention = "urdf"\nnominal = "design.toml"', 1)
@@ -113,8 +113,8 @@ def test_nominal_key_accepts_installed_robot_name(files, is_in_folder):
     text = (files / "built.toml").read_text()
     (files / "built.toml").write_text(text.replace('"design.toml"', '"board_installer"'))
     if is_in_folder:
-        # A nominal robot name without file suffix refers to the installed robot, even if a file has
-        # the same name.
+        # In the key `nominal`, a name without file suffix refers to an installed robot, even if a
+        # file has this name.
         (files / "board_installer").write_text("")
     assert read(files / "built.toml").nominal == read(ROBOTS / "board_installer.toml")
 

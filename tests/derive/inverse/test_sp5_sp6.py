@@ -245,8 +245,8 @@ def roots():
 def polynomial_of(angles):
     """Return the coefficients of trigonometric polynomials with four specified roots each.
 
-    The angles of each row are the roots phi of sum(c_k e^(i k phi)), k = -2 ... 2. The largest
-    absolute value of the real coefficients in a row is 1.
+    Each row of `angles` contains the four roots phi of sum(c_k e^(i k phi)), k = -2 ... 2. The
+    largest absolute value of the real coefficients in a row is 1.
     """
     coefficients = []
     for row in angles:

@@ -1,6 +1,6 @@
 """Tests subproblems 1 to 4 and subproblems with prismatic joints.
 
-The subproblem targets have known solutions, or are at the border of the reachable targets.
+Each subproblem target has a known solution, or is at the border of the reachable targets.
 """
 
 import itertools
@@ -257,8 +257,8 @@ def test_sp2_is_accurate_near_the_second_axis(solve2):
 
 def test_sp2_out_of_reach_has_negative_margin(solve2):
     k, m = np.array([[0, 0, 1.0]]), np.array([[1.0, 0, 0]])
-    # The second rotation does not move the unit vector x, and the first rotation moves x in the
-    # plane z = 0. The target vector is outside the plane z = 0.
+    # The axis of the second rotation is the unit vector x, so only the first rotation moves x, in
+    # the plane z = 0. The target vector is outside the plane z = 0.
     y = solve2(1, k, m, m, np.array([[0, 0.6, 0.8]]))
     assert y[0, 4] < 0
     assert np.isfinite(y).all()

@@ -35,7 +35,7 @@ EVALUATED += ("fourteen", "random0", "random3")
 """Robots whose printed formulas are evaluated. Together, these robots have every kind of joint,
 constant and name."""
 REPRINTED = ("scara", "iiwa14", "four_bar", "slider_crank", "planar_3rrr", "bricklaying_gantry")
-"""Robots of every kind, whose new LaTeX articles are compared with the committed LaTeX articles."""
+"""Robots of every kind whose new LaTeX articles are compared with the committed articles."""
 SMALL = tuple(name for name in EVALUATED if name != "fourteen")
 TRUE = 1e-12
 """Tolerance of sums of a few dozen double-precision products of size 1."""

@@ -291,7 +291,7 @@ def test_article_measures_deviation_from_nearest_structure():
 
 
 def test_angle_sums_respect_axis_sense_and_direction():
-    """The signs in an angle sum follow from the axis and coordinate direction of each joint."""
+    """The sign of a joint angle in a sum depends on the joint axis and the coordinate direction."""
     arm = read_text(
         """name = "arm"
 convention = "dh"

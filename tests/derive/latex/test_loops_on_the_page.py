@@ -1,4 +1,4 @@
-"""LaTeX articles of random mechanisms: example values close the loops, and matrix sizes agree."""
+"""In LaTeX articles of random mechanisms, example values close the loops and matrix sizes agree."""
 
 import re
 

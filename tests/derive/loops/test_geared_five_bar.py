@@ -1,4 +1,4 @@
-"""Test file reader, LaTeX article, mobility and calibration for a geared five-bar linkage."""
+"""Tests a geared five-bar linkage: file reader, LaTeX article, mobility and calibration."""
 
 from dataclasses import replace
 from pathlib import Path

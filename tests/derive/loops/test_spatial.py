@@ -242,7 +242,7 @@ def test_actuators_and_their_rates_invert_the_chain(name):
 
 
 def test_delta_pose_beyond_rod_length_has_negative_margin():
-    """The distance of the target pose from the arm's plane exceeds the rod length."""
+    """The target position is farther from the arm's plane than the rod length."""
     f = kernels("delta")
     for y in (0.9, 1.5, 4.0):
         theta = np.array([0.0, y, -0.3, 0, 0, 0])

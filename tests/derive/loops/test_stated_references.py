@@ -1,4 +1,4 @@
-"""A reference configuration that omits some joints of a loop also selects a loop branch."""
+"""A reference configuration selects a loop branch even if it omits some joints of the loop."""
 
 import cmath
 

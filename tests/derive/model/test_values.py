@@ -137,7 +137,7 @@ def test_negated_constant_reuses_the_negated_name():
     x, terms = sp.Rational("0.08241032710889370320000001"), Terms({})
     assert terms.let(-sp.sin(x)) == -terms.let(sp.sin(x))
     assert terms.let(-x) == -terms.let(x)
-    # For a sum that is exactly zero, chasles must not compute more and more digits to find a sign.
+    # chasles must recognize that a sum is exactly zero, because more digits never show its sign.
     one = sp.sin(x) * sp.cos(2 * x) + sp.cos(x) * sp.sin(2 * x) - sp.sin(3 * x)
     assert terms.let(one) == terms.let(-one) == 0
 

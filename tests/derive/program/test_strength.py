@@ -67,7 +67,7 @@ def program(given, stored):
 
 
 def all_stored(*given):
-    """Apply strength reduction to statements, of which all except the first are results."""
+    """Apply strength reduction to statements, where all statements except the first are results."""
     return texts(reduced(program(given, range(2, len(given) + 1))))
 
 

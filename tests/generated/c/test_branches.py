@@ -77,7 +77,7 @@ def arm_sources(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def loadable(tmp_path_factory):
-    """Return a robot folder in which only inverse kinematics functions have branches."""
+    """Return a robot folder in which only the function `ik` has branches."""
     folder = tmp_path_factory.mktemp("loadable")
     return branched.write(folder, [branched_function("ik"), branched_function("every_kind_1")])
 
@@ -273,7 +273,7 @@ def test_other_compiler_flags_give_exact_results(flags, sources, arm_sources):
 
 @pytest.mark.parametrize(("program", "isa"), [("g++", "plain"), ("g++", "avx512")])
 def test_other_compilers_give_exact_results(program, isa, sources, arm_sources):
-    """Batch code and functions other than `ik` only have to compile without a warning."""
+    """The test runs only `ik` without batches, and compiles all other code without warnings."""
     path_of(program)
     assert_exact(compiled(arm_sources, isa, program=program, batches=False))
     run_compiler(sources, isa, program, "-fsyntax-only")

@@ -77,7 +77,7 @@ def test_object_exports_only_documented_symbols(name, tmp_path):
     wanted |= {f"{name}_{f.name}_nearest" for f in functions if f.role.is_inverse}
     assert exported == wanted
     assert missing <= LIBM | BUILTIN
-    # The only data symbols are tables that contain addresses, which the loader fills in.
+    # The only data symbols are tables of addresses that the loader fills in.
     assert set(state) <= {f"{name}_ik_tables", f"{name}_modes_tables"}
 
 

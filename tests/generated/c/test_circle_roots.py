@@ -14,7 +14,7 @@ DEGREE, SAMPLES, MAX_ROOTS, TRIALS = 8, 64, 32, 50
 NOISE = 4e-15
 """Error of the polynomial coefficients, relative to the largest coefficient."""
 SAME, IN_CLUSTER = 1e-6, 1e-3
-"""Maximum error (radian) of a simple root, and of a root in a cluster."""
+"""Maximum errors (radian) of a simple root (`SAME`) and of a root in a cluster (`IN_CLUSTER`)."""
 SOURCE = f"""#include "{CIRCLE[0]}"
 int roots(const double *a, const double *b, double noise, double *angles);
 int roots(const double *a, const double *b, double noise, double *angles)

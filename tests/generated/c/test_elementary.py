@@ -185,7 +185,7 @@ def pointer(array):
 
 
 def single(library, name, a, b):
-    """Call a C function once for each pair of numbers, and return the values."""
+    """Call a scalar C function once per pair of numbers (a, b), and return all results."""
     call = library[f"{ROBOT.name}_{name}"]
     values = np.empty_like(a)
     arrays = [

@@ -58,9 +58,9 @@ def test_solutions_without_nominal_counterpart_are_found(arm, robot):
 
 
 def test_nominal_residual_of_reachable_poses_is_bounded(arm):
-    """The bound on nominal residuals also holds near singularities.
+    """The residual bound of the nominal arm's solutions also holds near singularities.
 
-    A pose with a larger nominal residual is out of reach.
+    A pose whose nominal residual exceeds this bound is out of reach.
     """
     q = near_wrist(POSES, 4)
     stretched = -np.arctan2(0.302, 0.07)

@@ -18,7 +18,7 @@ from tests.support.derivations import description
 
 DOUBLES = np.ctypeslib.ndpointer(np.float64, flags="C")
 NAMES = ("jaco2", "crx10")
-"""Names of an arm that is installed with the package, and of an arm that the test derives."""
+"""Names of two arms: the first is installed with the package, and the test derives the second."""
 NARROW = "-march=x86-64"
 """Compiler flag for narrower SIMD vectors than in the installed kernels."""
 CLOSED = 5e-14
@@ -77,9 +77,9 @@ def test_ik_recovers_generating_configuration(robot):
 
 
 def test_nearly_coincident_solutions_are_found(robot):
-    # If axes intersect, some solutions differ by only 1e-5 rad in the joint angle that the
-    # determinant's roots give. The roots of nearly coincident solutions may become complex, and
-    # Newton steps may be too short.
+    # If joint axes intersect, some solutions differ by only 1e-5 rad in the joint angle that the
+    # roots of the determinant give. The roots of nearly coincident solutions may become complex,
+    # and Newton steps may be too short.
     q = configurations(robot, 4000, 3)
     assert included(robot.ik(robot.fk(q)), q).all()
 

@@ -53,8 +53,8 @@ def test_path_continues_through_singularity_without_jump(arm):
     q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
     path = arm.ik_path(arm.fk(q), q[0])
     assert path.complete
-    # The branches meet where the arm is stretched. Beyond this pose, the path may follow either
-    # branch, but must not jump.
+    # The branches meet where the arm is stretched. Beyond the stretched pose, the joint path may
+    # follow either branch, but must not jump.
     assert path.max_step.max() < 0.05
     np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
     assert path.min_margin_index == 100

@@ -34,7 +34,7 @@ Q7 = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
 
 
 def by_hand(robot, T, seed, limits=None, weights=None):
-    """Find the solution nearest to a seed by a loop over all solution slots and full turns."""
+    """Loop over all solution slots and full turns to find the solution nearest to a seed."""
     low, high = np.stack([robot.lower, robot.upper], -1).T if limits is None else limits
     weights = np.ones(robot.n) if weights is None else weights
     solutions = robot.ik(T)

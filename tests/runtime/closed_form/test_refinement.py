@@ -19,8 +19,8 @@ dask = OptionalPackage("dask")
 
 
 SPOILT = 1e-7
-"""Error in radians of the shoulder angle that the inverse kinematics function returns for poses
-with a z coordinate above HIGH."""
+"""Error (radian) that the test adds to the shoulder angle in the IK function for poses with a z
+coordinate above HIGH."""
 HIGH = 0.2
 
 # At this configuration, the Panda is near two singularities at once.

@@ -251,7 +251,7 @@ def test_at_selects_single_pose_of_batch(arm, q):
 def windings(value, lower, upper):
     """Find all values in [lower, upper] that differ from a value by full turns.
 
-    The function tries each number of full turns from -5 to 5.
+    The function tries differences of -5 to 5 full turns.
     """
     turned = value + 2 * np.pi * np.arange(-5, 6)
     return turned[(turned >= lower) & (turned <= upper)]
@@ -292,8 +292,8 @@ def test_within_limits_enumerates_all_windings(arm, q):
 
 def test_every_winding_gets_its_own_slot(arm):
     solutions = arm.ik(scara.fk([0.5, 0.7, 0.0, 0.0])).within_limits()
-    # The shoulder has a range of 13 rad. Each branch has three solution slots, whose shoulder
-    # values differ by full turns, with the lowest value first.
+    # The shoulder has a range of 13 rad. Each branch has three solution slots in ascending order of
+    # shoulder angles, which differ by full turns.
     assert solutions.q.shape == (6, 4)
     np.testing.assert_allclose(solutions.q[:3, 0], [0.5 - 4 * np.pi, 0.5 - 2 * np.pi, 0.5])
     np.testing.assert_array_equal(solutions.valid[:3], [False, True, True])
@@ -412,7 +412,7 @@ def test_distinct_removes_duplicate_solutions(arm, q):
     kind = type(solutions)
     q = np.array([[np.pi, 0, 1, 0], [-np.pi, 0, 1, 0], [np.pi, 0, 1, 2 * np.pi], [0, 0, 1, 0]])
     assert kind._judged(q, np.zeros(4), np.ones(4)).distinct().count == 2
-    # The filter keeps a valid solution if an invalid slot contains the same joint values.
+    # `distinct` keeps a valid solution even if an invalid slot contains the same joint values.
     left = kind(q, np.zeros(4), np.ones(4), np.array([False, True, True, True]))
     np.testing.assert_array_equal(left.distinct().valid, [False, True, False, True])
 

@@ -29,7 +29,7 @@ SPOILT = 1e-7
 """Maximum difference (radian) between perturbed start coordinates and a solution."""
 NEAR_RIGHT_ANGLES = 51898, "ik_position_direction"
 """Random seed of an arm, and name of its inverse kinematics function. Without refinement, this
-function misses poses with joint angles near multiples of 90 degrees.
+arm's inverse kinematics function misses poses with joint angles near multiples of 90 degrees.
 
 The command `make campaign ONLY=losses` tests many random arms of this kind.
 """

@@ -40,7 +40,8 @@ def drawn(seed):
 def built(tmp_path_factory):
     """Return an as-built robot and its numeric loop model.
 
-    The test campaign `as_built` covers errors of one length or axis, and of all lengths and axes.
+    The test campaign `as_built` tests robots with an error of a single length or axis, and with
+    errors of all lengths and axes.
     """
     robot = drawn(94)
     folder = tmp_path_factory.mktemp("built")

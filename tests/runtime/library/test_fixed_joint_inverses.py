@@ -79,7 +79,8 @@ def test_well_manipulator_follows_paper_with_fixed_theta2(well, capfd):
     np.testing.assert_allclose(theta[:, 1], theta2[valid], atol=1e-10)
     np.testing.assert_allclose(theta[:, 0], theta1[valid], atol=1e-10)
     assert np.abs(theta[:, [3, 5]]).max() == 0
-    # From 27 s to 37 s, `track` also follows the motion, with theta2, l_HI and l_MN fixed.
+    # For the motion from 27 s to 37 s, `track` also follows the poses with fixed values of theta2,
+    # l_HI and l_MN.
     part = (t >= 27) & (t <= 37)
     track = well.track(T[part], q[part[valid]][0], 0.1, fixed=["theta2", "l_HI", "l_MN"])
     locked = [1, 3, 5]

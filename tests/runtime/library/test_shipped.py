@@ -15,8 +15,8 @@ DOMAINS = {
     "w": "configuration",
     "T": "pose",
 }
-"""Domain of a generated function, keyed by the name of its first input. Functions with any other
-first input have the domain "task"."""
+"""Domain of a generated function, keyed by the name of its first input. A function whose first
+input is not listed has the domain "task"."""
 
 
 @pytest.fixture(params=NAMES)

@@ -1,4 +1,4 @@
-"""Solutions of an IK function through iterated loops agree with forward kinematics."""
+"""IK solutions of robots whose loops are closed by iteration agree with forward kinematics."""
 
 import numpy as np
 import pytest

@@ -54,8 +54,8 @@ def decoupled(kinds: str, seed: int, *, meeting: bool = False) -> SerialRobot:
 def planar(kinds: str, seed: int) -> SerialRobot:
     """Return an arm whose revolute axes are parallel.
 
-    In ``kinds``, R is a revolute joint, T a prismatic joint normal to the revolute axes, and L a
-    prismatic joint parallel to them.
+    In ``kinds``, R denotes a revolute joint, and T and L denote prismatic joints normal and
+    parallel to the revolute axes.
     """
     draw = random.Random(seed)
     directions = [draw.choice(ACROSS) if kind == "T" else [0, 1, 0] for kind in kinds]
@@ -73,8 +73,8 @@ def crane(
 
     Args:
         order: Joint types (R or P) of the joints that move in a plane.
-        hand: Whether the arm has a further revolute joint, whose axis lies in the plane of the
-            motion.
+        hand: Whether the arm has an additional revolute joint with its axis in the plane in which
+            the joints of ``order`` move.
         round_numbers: Whether all lengths are multiples of 100 mm.
         seed: Random seed of the arm.
         wrist: Whether the arm ends with two intersecting axes of random directions.

@@ -71,8 +71,8 @@ Value = Callable[[sp.Expr], sp.Expr]
 def single_errors(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
     """Yield (error name, mechanism) for each error of one length or one joint axis.
 
-    The second-to-last mechanism has the errors of all lengths. The last mechanism also has all axis
-    errors.
+    The second-to-last mechanism has errors in all lengths at once. The last mechanism has errors in
+    all lengths and all joint axes.
     """
     lengths: list[sp.Expr] = []
 

@@ -394,7 +394,7 @@ def _moved(frame: Frame, scaled: Callable[[Placement], Placement]) -> Frame:
 
 
 def _near(mechanism: Mechanism, numbers: Multistart, mode: Mapping[str, float]) -> Mechanism:
-    """Return the mechanism with the rounded joint values of ``mode`` as its reference."""
+    """Return the mechanism with the rounded joint values of ``mode`` as reference configuration."""
     values = dict(mode) | numbers.strut_values(mode)
     lengths = {name for name, unit in numbers.units(values).items() if unit == "m"}
     found = []

@@ -92,7 +92,7 @@ class FieldCase(Case):
 
     @property
     def method(self) -> str:
-        """Method of the inverse kinematics, which is exact, refined or general."""
+        """Inverse kinematics method of the arm: exact, refined or general."""
         return read_manifest(self.folder).inverse.method
 
     @cached_property

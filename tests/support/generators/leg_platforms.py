@@ -33,9 +33,9 @@ def drawn_legs(kind, seed):
 def drawn_as(kind, seed):
     """Return the platform that the function ``kind`` generates.
 
-    ``kind`` is a function such as a value of ``LEG_KINDS``, and the third result of this function
-    is ``reference``. The tool has a random position on the body ``reference["tool"]``, or on the
-    platform if this entry is missing.
+    ``kind`` is a function, such as a value of ``LEG_KINDS``, whose third result is called
+    ``reference`` here. The tool has a random position on the body ``reference["tool"]``, or on the
+    platform if ``reference`` has no such entry.
     """
     rng = np.random.default_rng(seed)
     actuated, text, reference = kind(rng)

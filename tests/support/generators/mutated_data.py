@@ -149,7 +149,7 @@ def _archive(arrays: dict[str, np.ndarray[Any, Any]], dice: random.Random) -> by
             member = io.BytesIO()
             np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=True)
             content = member.getvalue()
-            # NumPy evaluates the header of an array, which is Python text.
+            # The header of a NumPy array file is Python text, which NumPy evaluates.
             content = mutated_bytes(content, dice) if dice.random() < 0.05 else content
             archive.writestr(f"{name}.npy", content)
     return stream.getvalue()

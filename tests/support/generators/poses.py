@@ -74,7 +74,7 @@ class Case:
 
     @cached_property
     def given(self) -> tuple[str, ...]:
-        """Names of the inputs of the inverse kinematics function, without the target."""
+        """Names of all inputs of the inverse kinematics function except the target."""
         inputs = self.robot.functions[self.function].inputs
         return tuple(argument.name for argument in inputs[1:])
 
@@ -164,8 +164,9 @@ class PoseSet:
     Attributes:
         name: The name of the pose set in the benchmark.
         q: Coordinates (m, n).
-        regular: Whether lost coordinates are counted (``Verdict.lost``). If False, the set may
-            contain singular configurations.
+        regular: Whether ``Verdict.lost`` is counted, the number of targets whose generating
+            coordinates are missing from the solutions. If False, the set may contain singular
+            configurations.
     """
 
     name: str

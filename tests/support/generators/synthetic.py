@@ -159,7 +159,7 @@ def jacobian(chain: Screws, q: np.ndarray) -> np.ndarray:
     at_zero = np.vstack([at_zero, chain.home[:3, 3]]).T
     is_point = np.array([0, 0, 1] * n + [1])
     columns = np.broadcast_to(at_zero, (*q.shape[:-1], 3, 3 * n + 1)).copy()
-    # Each joint moves the tip, and the axes, slide directions and points of all later joints.
+    # Each joint moves the tip and all later joints with their axes, slide directions and points.
     for k in reversed(range(n)):
         after, value = columns[..., 3 * k + 3 :], q[..., k, None, None]
         where = is_point[3 * k + 3 :]

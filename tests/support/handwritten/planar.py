@@ -146,7 +146,7 @@ ROLES = {
 
 
 def write(folder: Path, rod="13/100"):
-    """Write the generated files of the robot, without batch functions."""
+    """Write the generated files of the planar platform, without batch functions."""
     derived = functions(rod)
     joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
     robot = SerialRobot("planar", joints, title="A planar platform")

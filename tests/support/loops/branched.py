@@ -79,7 +79,7 @@ def arm(name="ik"):
     c4, s4 = let(c234 * c23 + s234 * s23), let(s234 * c23 - c234 * s23)
     angles = [(s1, c1), (s2, c2), (s3, c3), (s4, c4), (s5, c5), (s6, c6)]
     q = tuple(sp.atan2(s, c, evaluate=False) for s, c in angles)
-    # Tool pose at the solved joint angles, for the residual.
+    # Tool pose at the solved joint angles, which the residual compares with the target.
     end = [
         let(A2 * c2 + A3 * c23 + D5 * s234 + D6 * a[0]),
         let(D1 + A2 * s2 + A3 * s23 - D5 * c234 + D6 * a[1]),

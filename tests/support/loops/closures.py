@@ -1,8 +1,8 @@
 """Computes body poses and loop closure errors of a mechanism in NumPy.
 
-The poses and errors follow only from the robot description, so they verify derived functions
-independently. All functions of this module accept many configurations, which may be complex for
-complex-step derivatives.
+The module computes poses and errors only from the robot description, so they verify derived
+functions independently. All functions of this module accept arrays of configurations, with complex
+values for complex-step derivatives.
 """
 
 from functools import cache

@@ -196,7 +196,7 @@ def driven_by_a_leg():
 
 
 def agile_eye():
-    """Return a spherical 3-RRR robot with perpendicular axes, whose loops are closed by pins."""
+    """Return a spherical 3-RRR robot with perpendicular axes and pins that close the loops."""
     text, axes = AGILE_EYE, ([1, 0, 0], [0, 1, 0], [0, 0, 1])
     for k in range(3):
         elbow = axes[k - 1]

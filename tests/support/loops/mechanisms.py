@@ -59,7 +59,7 @@ ALONG_Y = ("x", -sp.pi / 2)
 
 
 def ground(mechanism, placement):
-    """Return the mechanism on an additional body, which is fixed to the base with a placement."""
+    """Mount the mechanism on an additional body that is fixed to the base at ``placement``."""
     fixed = Joint("ground", "fixed", before=placement, link="ground", parent=BASE)
     joints = [j if j.parent != BASE else _on(j, "ground") for j in mechanism.joints]
     frame = lambda p: Frame("ground" if p.body == BASE else p.body, p.placement)  # noqa: E731

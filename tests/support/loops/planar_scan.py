@@ -39,7 +39,7 @@ def residuals(q, phi, rod):
 
 
 def scan(q, lower, upper, rod, levels):
-    """Count zeros of the rod length errors by sign changes.
+    """Count the zeros of the rod length errors by their sign changes.
 
     Doubtful intervals of the platform angle are scanned again with finer steps.
     """

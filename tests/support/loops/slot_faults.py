@@ -9,13 +9,12 @@ from chasles.derive.model.mechanism import Mechanism
 
 FAULTS = ("another pose", "lost", "negative length", "valid in another mode")
 SAME_POSE, SAME = 1e-7, 1e-6
-"""Maximum differences of equal poses (SAME_POSE) and of equal coordinates (SAME), in radian or
-relative to the robot size."""
+"""Tolerances of equal poses (SAME_POSE) and equal coordinates (SAME), in radian or relative to the
+robot size."""
 CLEAR = 1e-3
 """Minimum margin of a configuration that ``ik`` must recover.
 
-A configuration with a smaller margin is too close to a dead point, so it is too inaccurate for a
-comparison.
+A configuration with a smaller margin is too close to a dead point for an accurate comparison.
 """
 
 

@@ -26,9 +26,9 @@ extern void *__libc_realloc(void *, size_t);
 static _Thread_local const char *folder;
 static _Thread_local long seen, failing;
 
-/* Starts to count large allocations and allocations by code in the folder `own`. The allocations
- * are numbered from 0, and allocation n fails. If n is negative, no allocation fails. If `own` is
- * NULL, allocations are no longer counted. */
+/* Starts counting all large allocations, and the allocations by code in the folder `own`. The
+ * allocations are numbered from 0, and allocation n fails. If n is negative, no allocation fails.
+ * If `own` is NULL, allocations are no longer counted. */
 void fail_allocation(const char *own, long n)
 {
     folder = NULL;

@@ -93,7 +93,7 @@ static void free_rows(rows *made)
     }
 }
 
-/* Returns whether the memory of a block outside its rows is unchanged. Overwrites the rows. */
+/* Returns whether the memory outside the rows of a block is unchanged. Overwrites the rows. */
 static int is_rest_untouched(const rows *made, size_t n)
 {
     for (size_t row = 0; row < n; row++) {

@@ -25,7 +25,7 @@ static void require(int condition, const char *what, int index)
     }
 }
 
-/* Returns entry k of a row of pseudorandom numbers in [-1, 1], which differ between rows. */
+/* Returns entry k of the given row of a table of pseudorandom numbers in [-1, 1]. */
 static double scattered(int row, int k)
 {
     unsigned long value = ((unsigned long)row * 131 + (unsigned long)k * 17 + 7) * 2654435761UL;

@@ -3,7 +3,7 @@
 
 enum { RODS = 6, MAX_STEPS = 60 };
 static const double LONGEST_STEP = 0.5;
-/* Number added to diagonal entries, which makes singular linear systems solvable. */
+/* Number that is added to diagonal entries, so that singular linear systems become solvable. */
 static const double NOISE = 1e-12;
 
 /* Rotates a vector by a unit quaternion. */
@@ -72,8 +72,8 @@ static void solve(double A[RODS][RODS + 1])
     }
 }
 
-/* Moves a pose (quaternion e, position p) by the twist in the last column of A, limited to
- * LONGEST_STEP. */
+/* Moves a pose (quaternion e, position p) by the twist in the last column of A, scaled down if an
+ * entry exceeds LONGEST_STEP. */
 static void move(double A[RODS][RODS + 1], double e[4], double p[3])
 {
     double largest = 0, s[RODS];

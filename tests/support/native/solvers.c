@@ -189,8 +189,8 @@ static void free_results(Results *results)
     free(results->restarts);
 }
 
-/* Checks that the solver solves all poses but the last two within the limits. Also checks that
- * several threads return the same results as one thread. */
+/* Checks that the solver finds solutions within the limits for all poses except the last two. Also
+ * checks that several threads return the same results as one thread. */
 static void check_batch(const Arm *arm, const Task *task, const double *poses, const double *seeds)
 {
     Results alone = new_results(arm->n), together = new_results(arm->n);
@@ -207,8 +207,8 @@ static void check_batch(const Arm *arm, const Task *task, const double *poses, c
     for (int k = 0; k < POSES; k++) {
         reported += alone.iterations[k];
     }
-    /* With locked coordinates, the ranking of the start values also calls the kernel, so the
-     * reported number is not checked. */
+    /* With locked coordinates, the ranking of start values also calls the kernel, so the reported
+     * number of calls is not checked. */
     if (!task->n_locked && evaluations - before != reported) {
         fail("evaluations beyond the reported number", (int)(evaluations - before - reported));
     }
@@ -264,8 +264,8 @@ static int check_inverse(const char *mode)
         check_batch(&arm, &tasks[t], poses, NULL);
         check_batch(&arm, &tasks[t], poses, seeds);
     }
-    /* The first coordinate of each seed is fixed at its value for the pose. All other coordinates
-     * of the seed are the values of another configuration. */
+    /* The first coordinate of each seed is fixed at its value for the pose. All other seed
+     * coordinates come from another configuration. */
     for (int k = 0; k < POSES; k++) {
         double *seed = seeds + (size_t)k * arm.n;
         configuration(&arm, k, reach, seed);

@@ -22,7 +22,7 @@ SAME = 1e-7
 
 @dataclass(frozen=True)
 class ProductErrors:
-    """Largest errors of a coupled arm's functions, and its number of missing inverse solutions.
+    """Largest errors of a coupled arm's functions, and the number of missing IK solutions.
 
     Attributes:
         pose: Largest pose error.

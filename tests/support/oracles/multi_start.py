@@ -251,7 +251,7 @@ class Multistart:
     def _part(
         self, given: Mapping[str, np.ndarray], loops: Sequence[Loop], count: int
     ) -> list[list[dict[str, float]]]:
-        """Return all assembly modes of a group of loops for each row of known values."""
+        """Return all assembly modes of a group of loops for each row of known joint values."""
         unknown = sorted({name for loop in loops for name in loop.joints} - given.keys())
         rng = np.random.default_rng(0)
         found: list[np.ndarray] = [np.zeros((0, len(unknown))) for _ in range(count)]

@@ -81,8 +81,9 @@ def pose_error(task: NumericTask, T: np.ndarray) -> np.ndarray:
     columns = slice(2, 3) if task.weights == DIRECTION else slice(0, 3)
     sides = np.linalg.norm(T[:, :3, columns] - task.T[:, :3, columns], axis=(1, 2))
     # A small rotation about a tool axis moves the end points of the two other unit axes by the
-    # rotation angle. The norm of the differences of all axes is therefore divided by sqrt(2). If
-    # the task weights are DIRECTION, only the z axes of the poses are compared.
+    # rotation angle. The norm of the differences of all three unit axes is therefore divided by
+    # sqrt(2), which gives the rotation angle. If the task weights are DIRECTION, only the z axes of
+    # the poses are compared.
     return np.maximum(distance, sides if task.weights == DIRECTION else sides / np.sqrt(2))
 
 

@@ -12,8 +12,8 @@ class Task:
 
     Attributes:
         target: Function from poses (..., 4, 4) to targets.
-        error: Function from poses and targets to errors (...), each the larger of distance [m] and
-            angle [rad].
+        error: Function from poses and targets to errors (...), where an error is the larger of
+            distance [m] and angle [rad].
         residual: Function from poses and targets to residuals (..., rows), in the order of the
         Jacobian rows.
         jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task

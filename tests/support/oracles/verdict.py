@@ -33,7 +33,7 @@ class Verdict:
 
     Attributes:
         poses: Number of targets, all reachable.
-        missed: Number of targets that no solution marked as exact reaches.
+        missed: Number of targets that are not reached by any solution marked as exact.
         unfound: Number of targets that no returned configuration reaches, including least-squares
             results.
         wrong: Number of targets with a solution that is marked as exact but does not reach the
@@ -113,7 +113,7 @@ def distinct(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def counts(case: Case, found: Answers) -> np.ndarray:
-    """Count the distinct solutions that are claimed to be exact, for each target."""
+    """For each target, count the distinct solutions that are claimed to be exact."""
     pairs = zip(found.q, found.claimed, strict=True)
     return np.array([len(distinct(case, q[claimed])) for q, claimed in pairs])
 

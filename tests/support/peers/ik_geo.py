@@ -45,7 +45,7 @@ def _set_up(chain: Screws, family: Callable, *groups: tuple[int, ...]) -> Invers
 
 
 def _reversed(chain: Screws) -> Inverse | None:
-    """Return the inverse of an arm whose first three axes intersect, from the reversed arm."""
+    """Return the IK function of an arm whose first three axes intersect, by reversing the arm."""
     other = inverse(reverse(chain))
     if other is None:
         return None

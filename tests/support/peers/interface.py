@@ -125,7 +125,7 @@ def aligned(chain: Screws) -> Callable[[np.ndarray], np.ndarray]:
 def offsets(chain: Screws, *groups: Sequence[int]) -> np.ndarray:
     """Return the translations (n + 1, 3) between points on consecutive axes.
 
-    In a group of intersecting axes, the point on each axis is their intersection.
+    For intersecting axes in one group, the point on each axis is the common intersection.
     """
     points = chain.points.copy()
     for group in map(list, groups):

@@ -101,7 +101,7 @@ class ModelLoops:
         return tuple(_closures(found))
 
     def links(self, loop_joints: Iterable[Closure | Strut]) -> set[str]:
-        """Return the links that the equalities of the given closures or rods constrain."""
+        """Return the links to which the MJCF equalities of the given closures or rods refer."""
         names = {loop_joint.name for loop_joint in loop_joints}
         selected = [e for e in self.equalities if e.name in names]
         return {frame.link for equality in selected for frame in (equality.a, equality.b)}

@@ -242,8 +242,8 @@ def snapped(angles: Vector) -> tuple[Vector, list[str]]:
 def direction(model: CompiledModel, joint: int) -> Vector:
     """Return a joint axis.
 
-    MuJoCo normalizes the axis. If the axis in the file has the same direction, the function returns
-    the numbers in the file.
+    MuJoCo normalizes the axis. If the axis in the file has the same direction as the normalized
+    axis, the function returns the numbers in the file.
     """
     unit = [float(value) for value in model.arrays.jnt_axis[joint]]
     written = model.axes[joint]

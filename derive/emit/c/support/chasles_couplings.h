@@ -3,8 +3,8 @@
  *
  * The limits of the coordinates and joints form a polytope of allowed configurations. For each
  * revolute joint, the search tries the number of full turns nearest to the seed within the limits,
- * and the adjacent numbers. If no such number gives a solution within the limits, the search tries
- * up to four full turns more or less than the nearest number. */
+ * and the adjacent numbers. If none of these numbers of full turns gives a solution within the
+ * limits, the search tries up to four full turns more or fewer than the nearest number. */
 #ifndef CHASLES_COUPLINGS_H
 #define CHASLES_COUPLINGS_H
 
@@ -40,8 +40,8 @@ static inline double chasles_row(int n, const double *row, const double *q)
     return sum;
 }
 
-/* Writes the limits of the independent joint value phi[j], without its constant term, to `low` and
- * `high`. The limits of phi[j] follow from the limits of the coordinates and of the joints. */
+/* Writes to `low` and `high` the limits of the independent joint value phi[j] minus its constant
+ * term. The limits of phi[j] follow from the limits of the coordinates and of the joints. */
 static inline void chasles_range(const chasles_couplings *c, const chasles_moves *moves, int j,
                                  double *low, double *high)
 {

@@ -22,8 +22,8 @@
 #define CHASLES_MAX_SLOTS 64   /* maximum number of solution slots per pose */
 #define CHASLES_MAX_JOINTS 64  /* maximum number of coordinates of a robot */
 
-/* Instead of the index of a solution slot, a function returns one of the following negative
- * numbers, which state why there is no solution. */
+/* If a function finds no solution, it returns one of the following negative numbers instead of the
+ * index of a solution slot. The number states the reason. */
 #define CHASLES_OUT_OF_REACH (-1)   /* no solution reaches the pose */
 #define CHASLES_OUTSIDE_LIMITS (-2) /* all solutions of the pose are outside the limits */
 #define CHASLES_NOT_FINITE (-3)     /* the seed or every residual is NaN, or the seed is infinite */
@@ -169,9 +169,9 @@ static inline int chasles_nearest_limited(const chasles_slots *of, const chasles
 
 /* Writes the solution nearest to the seed, its residual and margin. Returns the index of the
  * solution slot that contains the nearest solution. Of several solutions at the same distance, the
- * function selects the one with the lowest index. Without a solution, the function sets q to NaN,
- * writes the smallest residual and its margin, and returns the reason as a negative number. The
- * arrays q and q_seed may be the same. */
+ * function selects the one with the lowest index. If there is no solution, the function sets q to
+ * NaN, writes the smallest residual and its margin, and returns the reason as a negative number.
+ * The arrays q and q_seed may be the same. */
 static inline int chasles_nearest(const chasles_slots *of, const chasles_moves *moves,
                                   const double *q_seed, double *q, double *residual, double *margin)
 {

@@ -5,8 +5,8 @@
 #define CHASLES_NEAREST_LANES_H
 
 /* Computes the distance of each branch from the seed without regard to the limits, with the same
- * results as chasles_distances. Each lane of the n + 1 vectors contains the n coordinates and the
- * residual of one branch. */
+ * results as chasles_distances. `branches` contains n + 1 SIMD vectors, in which each lane holds
+ * the n coordinates and the residual of one branch. */
 LANES_INLINE lanes LANES_NAME(chasles_lane_distances)(int n, const lanes *branches,
                                                       const chasles_moves *moves, double tolerance,
                                                       const double *q_seed)
@@ -36,8 +36,8 @@ LANES_INLINE double LANES_NAME(chasles_least_lane)(lanes x)
 }
 
 /* Selects the solution nearest to the seed without regard to the limits. If the nearest solution is
- * within the limits, writes its q, residual and margin, and returns its slot index. Without such a
- * solution, the function returns a negative number. */
+ * within the limits, the function writes its q, residual and margin, and returns its slot index.
+ * Without such a solution, the function returns a negative number. */
 LANES_INLINE int LANES_NAME(chasles_nearest_lanes)(int n, int slots, int width,
                                                    const lanes *branches,
                                                    const chasles_moves *moves, double tolerance,

@@ -24,8 +24,8 @@ static const chasles_function *chasles_found(const chasles_function *functions, 
     return NULL;
 }
 
-/* Returns the number of configurations in an input. An input that is a single vector may be a row
- * instead of a column. */
+/* Returns the number of configurations in an input. A vector input with only one configuration may
+ * be a row instead of a column. */
 static size_t chasles_count(const chasles_array *array, const mxArray *given)
 {
     const int is_matrix = array->shape[1] > 1;

@@ -101,7 +101,7 @@ def hexa():
 
 
 def twisted_delta():
-    """Return a delta robot in which one rod end of the second pair is displaced on the platform."""
+    """Return a delta robot with one rod of the second pair displaced at its platform end."""
     text = (ROBOTS / "delta.toml").read_text(encoding="utf-8")
     wide = text.replace("cos(120) - w*sin(120)", "cos(120) - w*sin(130)")
     return read_text(

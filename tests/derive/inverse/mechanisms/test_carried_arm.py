@@ -1,4 +1,4 @@
-"""Inverse kinematics of platforms on legs, with joints before the legs or on the platform.
+"""Inverse kinematics of platforms on legs, with joints between base and legs or on the platform.
 
 Each leg constrains one ball joint of the platform to a plane.
 """
@@ -28,8 +28,8 @@ AXES = [
 """Axis direction and origin (meter) of each joint on the platform. The joint axes do not meet in
 one point."""
 PARALLEL = [AXES[0], ((0, 0, 1), AXES[1][1]), AXES[2]]
-"""Axis direction and origin (meter) of three joints on the platform. The axes of the first two
-joints are parallel, so that their angles are not eliminated together."""
+"""Axis direction and origin (meter) of three joints on the platform. The first two joint axes are
+parallel, so that the derivation does not eliminate both joint angles together."""
 RAIL, SPIN = ("rail", (1, 0, 0), ("0.1", 0, 0)), ("turntable", (0, 0, 1), (0, "0.1", 0))
 ROBOTS = {
     "three offset axes": (lambda: carrying(drawn(2, ("RPS",) * 3), PARALLEL), ()),

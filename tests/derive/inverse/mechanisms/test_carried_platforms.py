@@ -14,8 +14,8 @@ REACH = {"revolute": 0.3, "prismatic": 0.05}
 """Maximum deviation of an actuated coordinate from its reference value (radian or meter)."""
 CLOSED, SAME = 1e-12, 1e-9
 GIVEN = {0: [], 1: [], 2: [], 3: ["before"], 7: [], 8: ["axis_0"], 13: ["before"]}
-"""Redundant joints of each numbered platform, whose values are inputs of the inverse kinematics
-function."""
+"""For each random seed, the redundant joints of the robot, whose values are inputs of the inverse
+kinematics function."""
 
 
 def configurations(mechanism, seed):

@@ -70,7 +70,7 @@ def test_solutions_contain_the_generating_coordinates_and_reach_the_pose(loaded)
 def rotations(model, z, start):
     """Count the platform rotations about the wrist center that keep every ball in its plane.
 
-    The wrist center stays where it is in the configuration z[0].
+    All rotations keep the wrist center at its position in the first configuration, z[0].
 
     The plane of each ball is fitted to the positions of the ball in the configurations z.
 

@@ -1,7 +1,7 @@
 """Actuator values and inverse kinematics of platforms with serial legs.
 
-For comparison, Newton's method solves a NumPy model, and a formula gives the arm angles of a rotary
-delta.
+The tests compare with Newton's method on a NumPy model, and with a formula for the arm angles of a
+rotary delta.
 """
 
 from functools import partial
@@ -26,14 +26,14 @@ STEP, CURVED = 1e-5, 1e-3
 largest acceleration."""
 SLOTS = {"tripteron": 1, "exechon": 8, "3-UPU": 8, "3-URU": 8, "3-PUU": 8, "3-RUU with offsets": 64}
 """Number of solution slots of each platform's inverse kinematics function. A decoupled platform has
-one solution slot. On other platforms, each leg multiplies the number of solution slots by two, or
-by four with a folded rod. 3-PUU with offsets and 3-RUU without offsets are not listed, because they
-have the same solution steps as the listed platforms."""
+one solution slot. On other platforms, each leg doubles the number of solution slots, or quadruples
+it if the leg has a folded rod. The platforms 3-PUU with offsets and 3-RUU without offsets are not
+listed, because their solution steps are those of listed platforms."""
 WITHOUT_SLOTS = ("Exechon with a head", "pentapod")
 KINDS = {kind: (LEG_KINDS | MACHINE_KINDS)[kind] for kind in (*SLOTS, *WITHOUT_SLOTS)}
 SHORT = {"pentapod": 0.1}
-"""For platforms near a singularity, the fraction of REACH within which Newton's method converges
-and coordinates are sampled."""
+"""For each nearly singular platform, the fraction of `REACH` in which coordinates are sampled, so
+that Newton's method converges."""
 MAPS = ("actuators", "actuators_D_chain", "actuator_rates", "actuator_accelerations")
 
 
@@ -64,7 +64,7 @@ def configurations(mechanism, part=1.0):
 
 
 def kernels(mechanism, names):
-    """Derive the named functions, which must have a closed form, and their CasADi kernels."""
+    """Return the named functions, which must have closed forms, with their CasADi kernels."""
     found = derive(mechanism, functions=names)
     functions = [found.function(name) for name in names]
     assert not any(function.calls for function in functions)

@@ -1,4 +1,4 @@
-"""The inverse of an as-built robot starts its iteration at solutions of the nominal robot."""
+"""The inverse kinematics of an as-built robot iterates from the solutions of the nominal robot."""
 
 from dataclasses import replace
 from itertools import product

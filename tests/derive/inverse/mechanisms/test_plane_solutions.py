@@ -1,4 +1,4 @@
-"""All inverse kinematics solutions for the joints before and on a platform with legs.
+"""The C solver finds all values of the joints that precede the legs or lie on the platform.
 
 For comparison, Newton's method in NumPy finds solutions from many random starts.
 """
@@ -111,7 +111,7 @@ def closed(model, joints, rng):
 
 
 def planes(model, start, z):
-    """Fit the plane of each ball joint.
+    """Fit a plane to the positions of each ball joint.
 
     Return the ball position, the plane normal and the plane offset.
     """

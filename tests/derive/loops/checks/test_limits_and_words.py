@@ -59,7 +59,8 @@ def test_note_states_share_of_limits_in_which_loops_close():
     message = limits_of(solved(replace(robot, parameters=short)))
     part = float(re.match(r"limits: the loops close in (\d+) % of 500 random", message[0]).group(1))
     # The loops close if the distance between the elbows is at most the sum of both coupler lengths,
-    # 360 mm. A grid of crank angles gives the fraction of configurations with closed loops.
+    # 360 mm. The expected fraction of configurations with closed loops is computed on a grid of
+    # crank angles.
     left, right = np.meshgrid(np.linspace(1.9, 3.1, 400), np.linspace(0, 1.25, 400))
     apart = 0.2 + 0.2 * np.exp(1j * right) - 0.2 * np.exp(1j * left)
     assert part < 50

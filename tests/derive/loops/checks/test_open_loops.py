@@ -1,7 +1,7 @@
 """Error messages about mechanisms whose loops cannot close are complete and correct.
 
-The tests introduce typical errors into the robot files of mechanisms. If the error message proposes
-a range of a value, the loops must close in the middle of the range.
+The tests introduce typical errors into the robot files of mechanisms. If an error message proposes
+a range for a value of the robot file, the loops must close in the middle of this range.
 """
 
 import math
@@ -53,7 +53,7 @@ def with_parameter(robot, name, value):
 
 
 def error_of(robot):
-    """Return the error that solving the loops of a robot raises, or None without an error."""
+    """Return the error that solving a robot's loops raises, or None if it raises no error."""
     try:
         hybrid = solved(robot)
         assert hybrid.forward is not None
@@ -328,7 +328,7 @@ def spoilt_actuation(name):
 
 
 TESTED = {"four_bar": 1, "slider_crank": 1, "five_bar": 2, "excavator": 5, "planar_3rrr": 5}
-"""Step k for each robot: the test uses every k-th erroneous variant of the robot. The tested
+"""For each robot, a number k: the test uses every k-th erroneous variant of the robot. The tested
 variants contain each kind of error."""
 
 

@@ -81,7 +81,7 @@ def test_complex_pose_count_matches_known_number(kind):
 
 
 def test_monodromy_paths_permute_the_found_poses():
-    """If the parameters of a platform follow a closed path, its complex poses are permuted."""
+    """A closed path of the platform parameters permutes the complex poses of the platform."""
     generator = np.random.default_rng(2)
     a, b = points("3-3", generator)
     found = family(a, b, generator)

@@ -35,7 +35,8 @@ def closed_configurations(mechanism, seed):
     at = dict(mechanism.reference)
     start = np.array([float(at.get(name, 0)) for name in model.names])
     z = np.repeat(start[None], POSES, 0)
-    # The loops of a platform on six legs close at every pose, but the actuators may be singular.
+    # For a platform on six legs, main-chain joints are moved, because the loops close at every pose
+    # but the actuators may be singular.
     moved = model.actuated if len(model.actuated) < len(model.chain) else model.chain
     z[:, moved] += rng.uniform(-0.06, 0.06, (POSES, len(moved)))
     z = model.newton(z, moved)

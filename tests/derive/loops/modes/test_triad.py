@@ -86,7 +86,7 @@ def test_the_fourth_harmonic_cancels():
 
 @pytest.fixture(scope="module")
 def compiled():
-    """Compile functions for the polynomial, the platform position, and the mirrored position."""
+    """Compile functions for a triad's polynomial, platform position and mirrored position."""
     terms = Terms({})
     phi = sp.Symbol("phi", real=True)
     cs = terms.cos_sin(phi)
@@ -133,7 +133,8 @@ def test_every_pose_is_a_root_and_its_position_is_recovered(compiled):
 def test_collinear_centers_give_double_root_and_both_positions(compiled):
     polynomial, position, mirror = compiled
     pose = np.array([0.3, -0.2, 0.7])
-    # The circle centers A_i - R b_i are on a line that is parallel to the x axis of the base.
+    # The centers of the circles of possible platform positions are on a line parallel to the base's
+    # x axis.
     heights = np.arcsin(0.25 / np.array(RODS, float))
     p = platform_with(pose, heights)
     a = polynomial(p)

@@ -28,8 +28,8 @@
 #define CLOSURE_FEW_STEPS 2
 /* Maximum number of linear solves per call, which bounds the run time. */
 #define CLOSURE_MAX 240
-/* Largest leg residual at which a pose counts as reached, chosen to accept poses with seven digits.
- */
+/* Largest leg residual at which a pose counts as reached. This tolerance accepts poses that are
+ * given with seven digits. */
 #define CLOSURE_ON_LEGS 1e-7
 /* Maximum deviation between the pose from the forward kinematics and the pose from the legs, if
  * both poses belong to the same assembly mode. The poses of two assembly modes are closer than this

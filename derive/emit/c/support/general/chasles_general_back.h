@@ -55,8 +55,8 @@ CHASLES_INLINE void chasles_general_two(const chasles_vector *n, int slides, cha
     chasles_general_unit(sign * r[1], sign * r[2], c + 1, s + 1);
 }
 
-/* For a revolute joint of the pair, computes cosine and sine from the vector (x, y). For a
- * prismatic joint, computes x and x^2. */
+/* Computes c and s of a joint of the pair from x and y: cosine and sine of the direction (x, y) for
+ * a revolute joint, x and x^2 for a prismatic joint. */
 CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasles_vector y,
                                             chasles_vector *c, chasles_vector *s)
 {

@@ -23,8 +23,8 @@ static const double chasles_general_arctangent[] = {
     0.05858300759286596,  -0.0666381088370742,  0.07692073937540857, -0.09090896246194469,
     0.11111110659684081,  -0.14285714276386502, 0.19999999999903106, -0.3333333333333298};
 
-/* Computes the polar angles of points (x, y), each as the angle of the nearest axis or diagonal
- * plus a remainder. */
+/* Computes the polar angle of the point (x, y) as the angle of the nearest axis or diagonal plus a
+ * remainder, in every SIMD lane. */
 CHASLES_INLINE chasles_vector chasles_general_angles(chasles_vector y, chasles_vector x)
 {
     const double right = 1.57079632679489661923;
@@ -84,8 +84,7 @@ CHASLES_INLINE void chasles_general_triangle(chasles_vector (*a)[6], int columns
         chasles_general_reflected(a, j, columns, determinant);
 }
 
-/* Solves R x = b in place for an upper triangular matrix R. The function chasles_general_lower
- * solves R^T x = b. */
+/* Solves R x = b in place for an upper triangular matrix R. */
 static void chasles_general_upper(chasles_vector (*R)[6], chasles_vector *x)
 {
     for (int j = 5; j >= 0; j--) {
@@ -170,7 +169,7 @@ static void chasles_general_null(chasles_vector (*R)[6], chasles_vector *x)
 
 #define CHASLES_SAMPLES 24
 #define CHASLES_HALF (CHASLES_SAMPLES / 2)
-/* Number of samples of the determinant in each cell (angle interval), taken at Chebyshev nodes. */
+/* Number of Chebyshev nodes in each cell (angle interval), at which the determinant is sampled. */
 #define CHASLES_NODES 12
 
 /* Computes the coefficients of the determinant, a trigonometric polynomial, from samples of the

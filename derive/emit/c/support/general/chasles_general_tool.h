@@ -98,9 +98,9 @@ static void chasles_general_tool_descend(const chasles_general_six *six, const d
 }
 
 /* Moves five joints towards a pose by Levenberg-Marquardt steps from quasi-random start values. The
- * start values are multiples of square roots of small primes, modulo one turn. If a prismatic joint
- * moves in the plane of other joints, the solutions of the arm with the added sixth joint form a
- * continuum. The roots of the determinant do not give the solutions in such a continuum. */
+ * quasi-random start values are multiples of square roots of small primes, modulo one turn. If a
+ * prismatic joint moves in the plane of other joints, the arm with the added sixth joint has a
+ * continuum of solutions, which the determinant's roots do not give. */
 static void chasles_general_tool_restart(const chasles_general_six *six, const double *T, double *q)
 {
     static const double roots[5] = {1.41421356, 1.73205081, 2.23606798, 2.64575131, 3.31662479};
@@ -136,8 +136,8 @@ static int chasles_general_tool_is_same(const chasles_general_six *six, const do
     return 1;
 }
 
-/* Replaces the configurations, none of which is a solution, by solutions found from quasi-random
- * start values. */
+/* Searches for solutions from quasi-random start values, because none of the given configurations
+ * is a solution. The solutions found replace these configurations. */
 static void chasles_general_tool_search(const chasles_general_six *six, const double *T,
                                         double *all, double *left, double *margins)
 {

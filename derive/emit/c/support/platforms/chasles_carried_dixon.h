@@ -1,6 +1,6 @@
-/* Dixon's resultant of three equations in three angles, or in two angles and a displacement. The
- * unknown joints are before the legs of a platform, or on the platform. This file is part of
- * chasles and is the same for every robot. */
+/* Computes Dixon's resultant of three equations in three angles, or in two angles and a
+ * displacement. The unknown joints are before the legs of a platform, or on the platform. This file
+ * is part of chasles and is the same for every robot. */
 #ifndef CHASLES_CARRIED_DIXON_H
 #define CHASLES_CARRIED_DIXON_H
 
@@ -8,14 +8,17 @@
 
 #include "chasles_carried_elimination.h"
 
-/* Number of samples of the Dixon determinant, and maximum number of steps of a root search. */
+/* Number of angles at which the Dixon determinant is sampled, and maximum number of steps of a root
+ * search. */
 #define CHASLES_ARM_CIRCLE 256
 #define CHASLES_ARM_BISECTIONS 40
-/* Number of samples of the determinant's slope between two samples of the determinant. */
+/* Number of samples of the slope of the Dixon determinant between two samples of the determinant
+ * itself. */
 #define CHASLES_ARM_PARTS 16
 #define CHASLES_DIXON 8
 /* Maximum degree of the Dixon determinant, which is a trigonometric polynomial. The degree of the
- * Dixon determinant is at most 16 if all unknown joints are on one side of the legs. */
+ * Dixon determinant is at most 16 if the unknown joints are all before the legs or all on the
+ * platform. */
 #define CHASLES_ARM_RESULTANT 24
 
 /* Writes the Dixon matrix of three equations. The equations have degree 2 in x, the tangent of half
@@ -105,8 +108,8 @@ static double chasles_arm_determinant(const chasles_arm_equations *equations, do
     return determinant;
 }
 
-/* Returns a root of the determinant between two angles at which the determinant has different
- * signs. */
+/* Returns a root of the determinant between the angles `low` and `high`, at which the determinant
+ * has different signs. */
 static double chasles_arm_root(const chasles_arm_equations *equations, double low, double at_low,
                                double high, double at_high)
 {
@@ -175,8 +178,8 @@ static double chasles_arm_slope(const chasles_arm_slopes *slopes, double angle)
     return sum;
 }
 
-/* Returns the angle of the determinant's extremum between two angles. The slopes of the determinant
- * at the two angles must have different signs. */
+/* Returns the angle between `low` and `high` at which the determinant has an extremum. The slopes
+ * of the determinant at `low` and `high` must have different signs. */
 static double chasles_arm_extremum(const chasles_arm_slopes *slopes, double low, double high)
 {
     const int falls = chasles_arm_slope(slopes, low) < 0.0;
@@ -214,8 +217,7 @@ static void chasles_arm_between(const chasles_arm_equations *equations, double l
         chasles_arm_try(equations, chasles_arm_root(equations, low, at_low, high, at_high), found);
 }
 
-/* Finds all solutions for three unknown angles, or for an unknown displacement and two unknown
- * angles. */
+/* Finds all solutions if three angles, or one displacement and two angles, are unknown. */
 static void chasles_arm_three(const chasles_arm_equations *equations, chasles_arm_solutions *found)
 {
     double values[CHASLES_ARM_CIRCLE], most = 0.0, bounds = 0.0, bound;

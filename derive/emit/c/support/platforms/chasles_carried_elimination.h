@@ -9,8 +9,8 @@
 
 #include "chasles_carried_platform.h"
 
-/* Maximum number of joints before the legs and on the platform together, maximum number of unknown
- * joints, and maximum number of solutions. */
+/* Maximum numbers of serial joints (before the legs and on the platform together), of unknown
+ * joints and of solutions. */
 #define CHASLES_ARM_JOINTS 6
 #define CHASLES_ARM_UNKNOWN 3
 #define CHASLES_ARM_SOLUTIONS 48
@@ -32,8 +32,8 @@ typedef struct {
                                        otherwise 0 */
     double size;                    /* length of the mechanism (meter) */
     double maps[CHASLES_ARM_JOINTS][3][16];
-    double planes[3][4]; /* planes of the ball joints in the frame of the legs: unit normal (1) and
-                            negative offset (meter) */
+    double planes[3][4]; /* planes in which the legs keep the ball joints, in the frame of the legs:
+                            unit normal and negative offset (meter) */
     double points[3][4]; /* positions of the ball joints in the platform frame (meter) */
 } chasles_carried_arm_arm;
 
@@ -53,8 +53,8 @@ typedef struct {
     chasles_arm_solution solution[CHASLES_ARM_SOLUTIONS];
 } chasles_arm_solutions;
 
-/* Up to three equations, each linear in (1, cos, sin) of an inner angle and in (1, cos, sin) of an
- * outer angle. */
+/* Up to three equations in an inner and an outer angle. Each equation is linear in (1, cos, sin) of
+ * each of the two angles. */
 typedef struct {
     int count;
     double at[3][3][3];
@@ -138,8 +138,8 @@ static int chasles_arm_setup(const chasles_carried_arm_arm *arm, const double *T
     return most <= DBL_MAX;
 }
 
-/* Writes the errors of the equations at x, and the derivatives of these errors. Returns the largest
- * absolute error. */
+/* Writes the errors of the equations at the joint values x to `errors`, and the derivatives of
+ * these errors to `slopes`. Returns the largest absolute error. */
 static double chasles_arm_error(const chasles_arm_equations *equations, const double *x,
                                 double *errors, double (*slopes)[CHASLES_ARM_UNKNOWN])
 {
@@ -165,8 +165,8 @@ static double chasles_arm_error(const chasles_arm_equations *equations, const do
 }
 
 /* Writes the Newton step, or the Gauss-Newton step if there are fewer unknowns than equations.
- * Returns the distance from a singularity, which is |det A| divided by the product of the row norms
- * of the step matrix A. */
+ * Returns |det A| divided by the product of the row norms of the step matrix A, as a measure of the
+ * distance from a singularity. */
 static double chasles_arm_step(int unknown, const double *errors,
                                const double (*slopes)[CHASLES_ARM_UNKNOWN], double *step)
 {
@@ -246,8 +246,8 @@ static int chasles_arm_polished(const chasles_arm_equations *equations,
     return error <= closed;
 }
 
-/* Refines a solution and, if the solution is new, inserts it into the list of solutions. The list
- * is sorted by the sum of the cosines of the unknown angles, largest sum first. */
+/* Refines a solution and, if the solution is new, inserts it into the list of solutions. The
+ * solutions are sorted by the sum of the cosines of the unknown angles, largest sum first. */
 static void chasles_arm_add(const chasles_arm_equations *equations, const double *x,
                             chasles_arm_solutions *found)
 {
@@ -281,9 +281,9 @@ static void chasles_arm_add(const chasles_arm_equations *equations, const double
     found->count++;
 }
 
-/* Writes up to three angles that nearly solve linear equations in (1, cos, sin) of an angle. These
- * angles are the least-squares solution and the two solutions of the equation with the largest
- * coefficients. Returns the number of angles. */
+/* Writes up to three approximate solutions of equations that are linear in the cosine and sine of
+ * an angle. These angles are the least-squares solution and the two solutions of the equation with
+ * the largest coefficients. Returns the number of angles. */
 static int chasles_arm_angles(int count, const double (*rows)[3], double *angles)
 {
     double A = 0.0, B = 0.0, C = 0.0, D = 0.0, E = 0.0;
@@ -390,8 +390,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
     chasles_arm_scaled(pair);
     if (!chasles_arm_outer(pair, &roots)) {
-        /* If the determinant is zero everywhere, either two of the equations determine the angles,
-         * or any outer angle is a solution. */
+        /* If the determinant is zero for every outer angle, either two of the three equations
+         * determine both angles, or every outer angle is a solution. */
         chasles_arm_pair two = *pair;
         two.count = 2;
         for (int k = 0; inner >= slides && pair->count == 3 && k < 3; k++) {
@@ -420,8 +420,8 @@ static void chasles_arm_pairs(const chasles_arm_equations *equations, chasles_ar
     }
 }
 
-/* Eliminates the displacement of the prismatic joint, which has constant coefficients in the
- * equations. Writes the remaining two equations to `pair`. */
+/* Eliminates the displacement of the prismatic joint. In the equations, the coefficients of this
+ * displacement are constant. Writes the remaining two equations to `pair`. */
 static void chasles_arm_without_slide(const chasles_arm_equations *equations,
                                       chasles_arm_pair *pair)
 {
@@ -457,8 +457,8 @@ static void chasles_arm_at(const chasles_arm_equations *equations, double angle,
                 pair->at[i][a][b] = chasles_carried_dot(equations->at[i][a][b], u);
 }
 
-/* Copies the coefficients of three equations that are linear in two displacements and in (1, cos,
- * sin) of an angle. */
+/* Copies the coefficients of three equations, each linear in two displacements and in (1, cos, sin)
+ * of an angle, to `pair`. */
 static void chasles_arm_columns(const chasles_arm_equations *equations, chasles_arm_pair *pair)
 {
     pair->count = 3;

@@ -1,5 +1,6 @@
-/* Functions for vectors, polynomials and solution slots of a parallel platform with serial joints
- * before or after the platform. This file is part of chasles and is the same for every robot. */
+/* Helper functions (vectors, polynomials, solution slots) for the solvers of a parallel platform
+ * with further joints before its legs or on the platform. This file is part of chasles and is the
+ * same for every robot. */
 #ifndef CHASLES_CARRIED_PLATFORM_H
 #define CHASLES_CARRIED_PLATFORM_H
 
@@ -10,8 +11,8 @@
 #include "chasles_circle_roots.h"
 #include "chasles_closure_modes.h"
 
-/* Number of samples of a trigonometric polynomial, which must divide CHASLES_CELLS, and maximum
- * degree of the polynomial. */
+/* Number of samples of a trigonometric polynomial, and maximum degree of the polynomial.
+ * CHASLES_CELLS must be a multiple of the number of samples. */
 #define CHASLES_CARRIED_SAMPLES 16
 #define CHASLES_CARRIED_DEGREE 4
 #define CHASLES_CARRIED_EVERY (CHASLES_CELLS / CHASLES_CARRIED_SAMPLES)

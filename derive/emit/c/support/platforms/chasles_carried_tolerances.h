@@ -1,12 +1,13 @@
-/* Tolerances for a platform with further joints, each with its name, value, unit and reason. This
- * file is part of chasles and is the same for every robot. */
+/* Tolerances for a parallel platform with further joints before its legs or on the platform, each
+ * with its name, value, unit and reason. This file is part of chasles and is the same for every
+ * robot. */
 #ifndef CHASLES_CARRIED_TOLERANCES_H
 #define CHASLES_CARRIED_TOLERANCES_H
 
 /* Rounding error of a polynomial's coefficients, relative to 1 plus the largest coefficient. */
 #define CHASLES_CARRIED_NOISE 4e-15
 
-/* Tolerances for joints before the legs of a platform and on the platform. */
+/* Tolerances for the solver in chasles_carried_arm.h. */
 
 /* A polynomial counts as zero if it is below this fraction of the product of the sizes of its
  * factors. If the polynomial is zero for all angles, the joints have a self-motion. */

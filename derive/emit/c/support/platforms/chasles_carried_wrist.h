@@ -5,7 +5,7 @@
  * The tool pose determines the wrist center. For each of the three balls, the rotation R of the
  * platform satisfies n^T R m = e. In this equation, n is the normal of the ball's plane, and m is
  * the direction from the wrist center to the ball. The right-hand side e is the signed distance
- * from the wrist center to the plane, divided by the distance from the wrist center to the ball.
+ * from the wrist center to the ball's plane, divided by the distance between wrist center and ball.
  * Newton's iteration refines the rotations of the platform. */
 #ifndef CHASLES_CARRIED_WRIST_H
 #define CHASLES_CARRIED_WRIST_H
@@ -34,11 +34,12 @@ typedef struct {
     double tool_center[3]; /* wrist center in the tool frame (meter) */
 } chasles_carried_wrist_arm;
 
-/* The equations n^T R m = e of the three balls for a tool pose. `e` contains the right-hand sides.
- * The first ball is the ball with the smallest |e|, and `first` is its index. `c` and `s` are the
- * cosine and sine of the angle between the direction of the first ball and the normal of its plane.
- * The first axis of `base` is the normal of the first ball's plane. The first axis of `platform` is
- * the direction from the wrist center to the first ball. */
+/* The equations n^T R m = e of the three ball joints for a tool pose, where R is the platform
+ * rotation. `e` contains the right-hand sides. `first` is the index of the first ball, which is the
+ * ball with the smallest |e|. `c` and `s` are the cosine and sine of the angle between the
+ * direction of the first ball and the normal of its plane. The first axis of `base` is the normal
+ * of the first ball's plane. The first axis of `platform` is the direction from the wrist center to
+ * the first ball. */
 typedef struct {
     double e[3], c, s, base[3][3], platform[3][3];
     int first;

@@ -59,7 +59,7 @@ static inline void chasles_hexapod_sum(const chasles_hexapod_lanes *x, const cha
     }
 }
 
-/* Computes the tangent of the path at the pose x. */
+/* Computes the derivative of the pose x with respect to the path parameter. */
 static void chasles_hexapod_tangent(const chasles_hexapod_path *path,
                                     const chasles_hexapod_place *place,
                                     const chasles_hexapod_lanes *x, const chasles_hexapod_lanes *of,
@@ -122,8 +122,8 @@ static void chasles_hexapod_tried(const chasles_hexapod_path *path, chasles_hexa
 }
 
 /* Computes the factor by which the step size of a path changes. The Newton correction grows with
- * the fifth power of the step size. The factor is a fourth root instead of a fifth root of the
- * inverse relative correction, so the step size changes slightly more than necessary. */
+ * the fifth power of the step size. The factor is computed with a fourth root instead of a fifth
+ * root, so the step size changes slightly more than necessary. */
 static double chasles_hexapod_growth(double correction, double near)
 {
     const double ratio = 0.5 * near / (correction + 1e-30);

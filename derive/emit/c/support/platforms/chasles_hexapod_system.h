@@ -118,8 +118,9 @@ static inline void chasles_hexapod_between(const chasles_hexapod_number *at,
     value->im = at->im + *t * change->im;
 }
 
-/* Computes the coefficients of the rod equations at a path parameter. The first call must set
- * `all`, and later calls update only the coefficients that change along the path. */
+/* Computes the coefficients of the rod equations at a path parameter. The first call for a path
+ * must set the argument `all`. Without `all`, only the coefficients that change along the path are
+ * updated. */
 static void chasles_hexapod_placed(const chasles_hexapod_path *path, const chasles_vector *t,
                                    int all, chasles_hexapod_place *place)
 {

@@ -5,22 +5,22 @@
 #define CHASLES_HEXAPOD_TOLERANCES_H
 
 #define CHASLES_PATH_NEAR 1e-4
-/* Paths that do not reach their end, and paths with equal ends, are tracked a second time and, if
- * necessary, a third time. The second attempt limits the Newton corrections to CHASLES_PATH_NEARER,
- * and the third attempt to CHASLES_PATH_NEAREST. */
+/* Paths that do not reach their end, and different paths that reach the same end, are tracked a
+ * second time and, if necessary, a third time. The second attempt limits the Newton corrections to
+ * CHASLES_PATH_NEARER, and the third attempt to CHASLES_PATH_NEAREST. */
 #define CHASLES_PATH_NEARER 1e-6
 #define CHASLES_PATH_NEAREST 1e-8
-/* Maximum length of the second Newton correction, which is about the square of the first
- * correction. */
+/* Maximum length of the second Newton correction. This length is about the square of the length of
+ * the first correction. */
 #define CHASLES_PATH_ON 1e-7
 /* Initial step and maximum step of the path parameter, which runs from 0 to 1. */
 #define CHASLES_PATH_FIRST 0.05
 #define CHASLES_PATH_LONGEST 0.25
 /* Minimum step of the path parameter. */
 #define CHASLES_PATH_SHORTEST 1e-11
-/* A path ends at the path parameter 1. If path tracking fails when the path parameter is closer to
- * 1 than this value, the path counts as complete. After such a failure, the last point of the path
- * is treated as a singular pose or a point at infinity. */
+/* A path ends at the path parameter 1. If path tracking fails at a path parameter above 1 minus
+ * this value, the path counts as complete. The last point of a path that failed near its end is
+ * treated as a singular pose or a point at infinity. */
 #define CHASLES_PATH_ALMOST 1e-6
 /* The ends x and y of two paths count as equal if 1 - |<x, y>|^2 is below this value. */
 #define CHASLES_ENDS_ARE_ONE 1e-16

@@ -148,7 +148,7 @@ static int chasles_triad_series(const chasles_triad_platform *platform, const do
 }
 
 /* Searches for assembly modes near a root of the polynomial, because rounding may hide other roots
- * there. */
+ * near this root. */
 static int chasles_triad_near(const chasles_triad_platform *platform, const double *q, double angle,
                               double apart, chasles_triad_mode *modes, int count)
 {

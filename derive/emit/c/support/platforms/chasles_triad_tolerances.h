@@ -3,8 +3,8 @@
 #ifndef CHASLES_TRIAD_TOLERANCES_H
 #define CHASLES_TRIAD_TOLERANCES_H
 
-/* Rounding error of the polynomial's coefficients, which are sums of products of order 1, relative
- * to 1 plus the largest coefficient. */
+/* Rounding error of the polynomial's coefficients, relative to 1 plus the largest coefficient. Each
+ * coefficient is a sum of products of order 1. */
 #define CHASLES_TRIAD_NOISE 4e-15
 /* If all coefficients of the polynomial are at most this value, the polynomial counts as zero and
  * the rods can stay parallel. */

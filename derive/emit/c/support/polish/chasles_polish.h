@@ -139,8 +139,8 @@ static LANES_TARGET void POLISH_NAME(refined)(const double *in, const POLISH_NAM
 }
 #endif
 
-/* Finds all solutions of the true arm, and stores each solution in the solution slot of its nominal
- * branch. The same solution may occur in several solution slots. */
+/* Finds all solutions of the true arm, and stores each solution in the solution slot of a nominal
+ * branch or in an extra slot. The same solution may occur in several solution slots. */
 static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double *in, double *q,
                                            double *residual, double *margin)
 {
@@ -187,8 +187,8 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
     for (int k = 0; k < POLISH_SLOTS; k++) {
         const double *pivots = (const double *)first[k / LANES] + k % LANES;
         int directions = POLISH_NAME(lines)(start.residual[k], residual[k], s->taken[k], pivots);
-        /* If no branch has a solution, any branch may lead to the smallest residual, so the search
-         * includes all branches. */
+        /* If no solution is known, the search includes all branches, because any branch may lead to
+         * the smallest residual. */
         if (s->count == 0 && isfinite(start.residual[k]))
             directions = POLISH_FEW_DIRECTIONS;
         is_unsure[k] = directions > 0;
@@ -218,7 +218,7 @@ static LANES_TARGET void POLISH_NAME(find)(POLISH_NAME(search) * s, const double
 #endif
 }
 
-/* Writes all solutions of the true arm, each in only one solution slot. */
+/* Writes each solution of the true arm to exactly one solution slot. */
 static LANES_TARGET void POLISH_NAME(polished)(const double *in, double *q, double *residual,
                                                double *margin)
 {

@@ -1,4 +1,4 @@
-/* Tests whether the known roots of the determinant are all of its real roots. This file is part of
+/* Tests whether the determinant has other real roots than the known roots. This file is part of
  * chasles and is the same for every robot.
  *
  * The number n of known roots must be even. The determinant, a trigonometric polynomial in s, is
@@ -10,8 +10,8 @@
 #include "chasles_cos_sin.h"
 #include "chasles_general_roots.h"
 
-/* Number of samples per full turn, minimum number of known roots, and maximum number of known
- * roots. */
+/* Number of samples per full turn, and the minimum and maximum number of known roots for the test.
+ */
 #define CHASLES_FEW_SAMPLES 16
 #define CHASLES_MIN_KNOWN 4
 #define CHASLES_MAX_KNOWN 16
@@ -100,7 +100,7 @@ static double chasles_polish_left_out(const chasles_circle_series *series, int d
 /* Result of a test with one elimination order: whether the known solutions are complete. */
 typedef enum { CHASLES_UNCLEAR, CHASLES_COMPLETE, CHASLES_INCOMPLETE } chasles_polish_verdict;
 
-/* Judges whether the known solutions are complete, which is the case if the quotient has no real or
+/* Judges whether all solutions are known. All solutions are known if the quotient has no real or
  * nearly real root. */
 static chasles_polish_verdict chasles_polish_judged(const chasles_circle_series *series, int degree)
 {

@@ -88,8 +88,8 @@ POLISH_INLINE void POLISH_NAME(inverse_trace)(lanes a[6][6], lanes *trace)
 POLISH_INLINE void POLISH_NAME(solve)(lanes a[POLISH_ROWS][POLISH_ROWS], lanes (*b)[POLISH_ROWS],
                                       int sides, lanes *pivots)
 {
-    /* In the factorization a = L D L^T, the product L D replaces the lower half of a, L^T the upper
-     * half, and 1 / D the diagonal. */
+    /* After the factorization a = L D L^T, the lower half of `a` contains L D, the upper half L^T,
+     * and the diagonal 1 / D. */
     POLISH_UNROLL
     for (int i = 0; i < POLISH_ROWS; i++) {
         POLISH_UNROLL
@@ -158,8 +158,8 @@ POLISH_INLINE void POLISH_NAME(squared)(lanes (*J)[POLISH_N], const lanes *added
 }
 #endif
 
-/* Computes the matrix of the damped step: J J^T with six or more coordinates, otherwise J^T J, plus
- * `added` on the diagonal. */
+/* Computes the matrix of the damped step: J J^T (six or more coordinates) or J^T J (fewer
+ * coordinates), with `added` added to each diagonal entry. */
 POLISH_INLINE void POLISH_NAME(equations)(lanes (*J)[POLISH_N], const lanes *added,
                                           lanes a[POLISH_ROWS][POLISH_ROWS])
 {

@@ -5,10 +5,11 @@
  * For a nearly singular Jacobian, v is the joint direction with the smallest pose change, and u is
  * the twist direction that the joints can hardly reach. The pose error is the twist from the tool
  * pose at the displaced configuration q + s v to the target pose. The component of the pose error
- * along u is the quadratic polynomial e(s) = lack - slope s - bend s^2 / 2. If its discriminant
- * slope^2 + 2 bend lack is positive, the quadratic e(s) has two real roots, one on each side of the
- * fold point. If the discriminant of e(s) is negative, e(s) has no real root. The two real roots of
- * e(s) give starts for two branches of the true arm, even if the nominal arm has no solution. */
+ * along u is the quadratic polynomial e(s) = lack - slope s - bend s^2 / 2. The quadratic e(s) has
+ * two real roots, one on each side of the fold point, if the discriminant slope^2 + 2 bend lack is
+ * positive. If the discriminant of e(s) is negative, e(s) has no real root. The two real roots of
+ * e(s) give start configurations for two branches of the true arm, even if the nominal arm has no
+ * solution. */
 /* Data of the fold points that the SIMD lanes process, one fold point per lane. `c` is a
  * configuration near the fold point, and `along` is the joint direction v with the smallest pose
  * change. `lack`, the constant coefficient of the quadratic e(s), is not negative. `step` is the
@@ -108,8 +109,8 @@ static int POLISH_NAME(is_known)(const POLISH_NAME(search) * s, const double *q,
     return 0;
 }
 
-/* Returns whether a solution branch without a new solution may end at a fold point. The branch may
- * end at a fold point if the nominal arm reaches the pose or narrowly misses it. */
+/* Returns whether a solution branch without a known solution may end at a fold point. The branch
+ * may end at a fold point if the nominal arm reaches the pose or narrowly misses it. */
 static int POLISH_NAME(is_folded)(double residual, double pivot)
 {
     if (residual < POLISH_REACH)
@@ -122,17 +123,17 @@ static int POLISH_NAME(is_folded)(double residual, double pivot)
            pivot * residual * residual < moved * moved;
 }
 
-/* Returns whether solutions may exist away from a fold point of the nominal arm. One condition is
- * that the nominal arm is singular at its configuration nearest to the pose. The other condition is
- * that the pose error at this configuration is hardly along the unreachable twist direction u. The
- * argument `cost` is the squared pose error (radian, or relative to the arm length). */
+/* Returns whether solutions may exist away from a fold point of the nominal arm. At its
+ * configuration nearest to the pose, the nominal arm must be singular, with a pose error that is
+ * hardly along the unreachable twist direction u. The argument `cost` is the squared pose error
+ * (radian, or relative to the arm length). */
 static int POLISH_NAME(is_aside)(double cost, double pivot, double step2)
 {
     const double unsure = POLISH_UNSURE * POLISH_DEVIATION;
     return pivot < unsure * unsure && step2 * pivot < POLISH_ASIDE * cost;
 }
 
-/* Returns whether further solutions may be near a branch for which a solution is already known. */
+/* Returns whether further solutions may be near a branch that already has a known solution. */
 static int POLISH_NAME(is_swerved)(double first2, double trace)
 {
     const double part = POLISH_DEVIATION * trace;
@@ -179,9 +180,9 @@ static LANES_TARGET int POLISH_NAME(part)(POLISH_NAME(search) * s, const POLISH_
     return is_clear;
 }
 
-/* Searches for solutions near fold points. Returns whether all solutions of the pose are certainly
- * found. `first` contains the data (pivots, squared step length, trace) that Newton's iteration
- * records for the first step of each branch. */
+/* Searches for solutions near fold points. Returns whether it is certain that all solutions of the
+ * pose are found. `first` contains the data (pivots, squared step length, trace) that Newton's
+ * iteration records for the first step of each branch. */
 static LANES_TARGET int POLISH_NAME(unfold)(POLISH_NAME(search) * s,
                                             const POLISH_NAME(slots) * start, const double *first)
 {

@@ -3,8 +3,8 @@
  * chasles and is the same for every robot. The header chasles_polish.h includes this file once for
  * each robot that the general solver supports. */
 /* Stores a further inverse kinematics solution. If an inaccurate copy of the solution is stored,
- * the solution replaces this copy. A solution without such a copy is stored in the free slot of the
- * nearest nominal branch, or in an extra slot. */
+ * the solution replaces this copy. A solution without an inaccurate copy is stored in the free slot
+ * of the nearest nominal branch, or in an extra slot. */
 static void POLISH_NAME(place)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start,
                                const double *q, double residual)
 {
@@ -54,8 +54,8 @@ static int POLISH_NAME(is_far)(const POLISH_NAME(slots) * start)
 }
 
 /* Returns whether each real root of the determinant belongs to exactly one known solution and
- * whether no two roots are near each other. If the function returns 1, the known solutions are
- * complete. */
+ * whether no two roots are near each other. A return value of 1 means that all solutions are known.
+ */
 static int POLISH_NAME(is_one_each)(const POLISH_NAME(search) * s, const chasles_general_six *six,
                                     const chasles_general_order *order,
                                     const chasles_circle_roots *roots)
@@ -99,11 +99,11 @@ static int POLISH_NAME(roots)(const POLISH_NAME(search) * s, const chasles_gener
     return count;
 }
 
-/* Returns a verdict on whether the known inverse kinematics solutions are complete. Elimination
- * orders are tested until one order gives a clear verdict. An elimination order is skipped if two
- * known solutions have nearly the same suppressed joint angle, for example the same elbow angle.
- * `system` receives the equations of the last tested elimination order, and `decisive` receives
- * this order. If no elimination order is tested, `decisive` is null. */
+/* Judges whether all inverse kinematics solutions are known. Elimination orders are tested until
+ * one order gives a clear verdict. An elimination order is skipped if two known solutions have
+ * nearly the same suppressed joint angle, for example the same elbow angle. `system` receives the
+ * equations of the last tested elimination order, and `decisive` receives this order. If no
+ * elimination order is tested, `decisive` is null. */
 static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s,
                                                    const chasles_general_six *six, int orders,
                                                    chasles_general_system *system,
@@ -125,7 +125,7 @@ static chasles_polish_verdict POLISH_NAME(verdict)(const POLISH_NAME(search) * s
 }
 
 /* Runs the general inverse kinematics solver unless the known solutions are complete. Returns
- * whether all solutions of the pose are certainly found. */
+ * whether it is certain that all solutions of the pose are found. */
 static int POLISH_NAME(solve_generally)(const POLISH_NAME(search) * s,
                                         const POLISH_NAME(slots) * start,
                                         const chasles_general_six *six,
@@ -169,8 +169,8 @@ static void POLISH_NAME(add_found)(POLISH_NAME(search) * s, const POLISH_NAME(sl
     }
 }
 
-/* Runs the general inverse kinematics solver and adds its solutions. Returns whether all solutions
- * of the pose are certainly found. */
+/* Runs the general inverse kinematics solver and adds its solutions. Returns whether it is certain
+ * that all solutions of the pose are found. */
 static int POLISH_NAME(ask)(POLISH_NAME(search) * s, const POLISH_NAME(slots) * start)
 {
     chasles_general_six six;

@@ -1,7 +1,7 @@
-/* Defines the types with which chasles_polish.h computes one branch or several branches at once.
- * The number types are SIMD vectors of chasles_lanes.h if POLISH_ON_LANES is 1, otherwise scalars.
- * This file is part of chasles and is the same for every robot. The file is included once for each
- * robot. */
+/* Defines the types with which chasles_polish.h computes one branch or several branches at once. If
+ * POLISH_ON_LANES is 1, the number types are the SIMD vectors of chasles_lanes.h. If
+ * POLISH_ON_LANES is 0, the number types are scalars. This file is part of chasles and is the same
+ * for every robot. The file is included once for each robot. */
 #undef POLISH_INLINE
 #undef POLISH_UNROLL
 #undef POLISH_OF

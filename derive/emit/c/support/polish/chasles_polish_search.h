@@ -4,8 +4,8 @@
  *
  * Near a singularity, even a small deviation of the true arm from the nominal arm moves solutions
  * far away. The search uses poses on a straight line through the target pose T, called the pose
- * line. The pose at the line parameter mu is the target T, displaced by the twist -mu u, where u is
- * a constant twist. At both ends of the pose line, the nominal arm is far from its singularity.
+ * line. The pose at the line parameter mu is the target pose T displaced by -mu u, where u is a
+ * constant twist. At both ends of the pose line, the nominal arm is far from its singularity.
  * Newton's iteration therefore finds the solutions of the true arm at both ends of the pose line.
  * From a solution at an end of the pose line, the search follows a curve of configurations. At
  * every configuration of this curve, the pose error relative to the target T is mu u, a multiple of
@@ -82,8 +82,8 @@ static void POLISH_NAME(repeat)(double *rows, int n, int count)
 }
 
 #if POLISH_IS_SEARCHED
-/* Continues Newton's iteration for the valid but not yet converged solution of a slot. Returns
- * whether Newton's iteration ends at the solution of another slot. */
+/* Continues Newton's iteration for a slot whose solution is valid but not yet converged. Returns
+ * whether Newton's iteration converges to a solution that another slot already contains. */
 static LANES_TARGET int POLISH_NAME(is_led_to_known)(POLISH_NAME(search) * s, int slot)
 {
     double found[POLISH_N], left, *rows = (double *)s->c.q;
@@ -134,7 +134,8 @@ static LANES_TARGET void POLISH_NAME(follow)(POLISH_NAME(search) * s)
     s->waiting = 0;
 }
 
-/* Adds a start configuration of a solution branch to the queue. */
+/* Adds a start configuration of Newton's iteration, and the slot of its solution branch, to the
+ * queue. */
 static LANES_TARGET void POLISH_NAME(add)(POLISH_NAME(search) * s, const double *q, int slot,
                                           double margin)
 {
@@ -164,8 +165,8 @@ static void POLISH_NAME(direction)(int direction, double size, double *u)
     }
 }
 
-/* Computes the inputs of the inverse kinematics function for a pose that a twist displaces from the
- * target pose. */
+/* Computes the inputs of the inverse kinematics function for a pose near the target pose. The
+ * difference between the two poses is a twist. */
 static void POLISH_NAME(nearby)(const double *in, double size, int direction, double *near)
 {
     double u[6];
@@ -202,8 +203,8 @@ static int POLISH_NAME(is_rigid)(const double *T)
     return off <= POLISH_RIGID;
 }
 
-/* Searches branches whose solutions are uncertain, starting from solutions of the nominal arm at
- * nearby poses. */
+/* Searches for solutions of uncertain branches, starting from the nominal arm's solutions at poses
+ * near the target. */
 static void POLISH_NAME(around)(POLISH_NAME(search) * s, const int *is_unsure)
 {
     POLISH_NAME(slots) other;
@@ -237,8 +238,8 @@ typedef struct {
                           number of curves that reached the other end */
 } POLISH_NAME(curves);
 
-/* Moves each configuration onto its curve, where the pose error is mu u, by the smallest
- * first-order change of (q, mu). The previous direction of the curve, projected onto the tangent,
+/* Moves each configuration onto its curve by the smallest first-order change of (q, mu). On the
+ * curve, the pose error is mu u. The previous direction of the curve, projected onto the tangent,
  * becomes the new direction. */
 POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH_NAME(curves) * k)
 {
@@ -285,9 +286,9 @@ POLISH_INLINE void POLISH_NAME(correct)(const double *T, const double *u, POLISH
         k->along[m] *= scale;
 }
 
-/* Queues a start of Newton's iteration where a curve crosses or nearly touches mu = 0 on the pose
- * line. The start is interpolated between two points of the curve, at the fraction `part` of their
- * distance. */
+/* Queues a start configuration of Newton's iteration where a curve crosses or nearly touches mu =
+ * 0. The start configuration is interpolated between two curve points, at the fraction `part` of
+ * their distance. */
 static void POLISH_NAME(cross)(POLISH_NAME(search) * s, const POLISH_NAME(curves) * k, int lane,
                                const lanes *before, double part)
 {
@@ -331,8 +332,9 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
                     POLISH_NAME(cross)(s, k, lane, before, b / (b + c + 1e-300));
                 } else if (b < a && b < c && b < POLISH_TOUCH * half &&
                            first[lane] * then[lane] > 0.0) {
-                    /* Fits a parabola to |mu| at three curve points, assumed to be equidistant, and
-                     * queues its real roots or, without real roots, its minimum. */
+                    /* Fits a parabola to |mu| at three curve points, as if they were equidistant.
+                     * Queues the real roots of the parabola, or its minimum if it has no real root.
+                     */
                     const double sum = 0.5 * (a + c) - b, middle = 0.25 * (a - c) / sum;
                     const double apart2 = middle * middle - b / sum;
                     const double apart = apart2 > 0.0 ? sqrt(apart2) : 0.0;
@@ -359,8 +361,8 @@ static LANES_TARGET void POLISH_NAME(trace)(POLISH_NAME(search) * s, const doubl
     k->count = 0;
 }
 
-/* Adds a curve that starts at the configuration `from`, where the parameter of the pose line is
- * `mu`. If `k->side` is 1, mu first decreases along the curve. If `k->side` is -1, mu first
+/* Adds a curve that starts at the configuration `from` and at the value `mu` of the pose line
+ * parameter. If `k->side` is 1, mu first decreases along the curve. If `k->side` is -1, mu first
  * increases. */
 static LANES_TARGET void POLISH_NAME(begin)(POLISH_NAME(search) * s, const double *u,
                                             POLISH_NAME(curves) * k, const double *from, int slot,
@@ -399,8 +401,8 @@ static LANES_TARGET void POLISH_NAME(look)(POLISH_NAME(search) * s, const int *i
             for (int slot = 0; slot < POLISH_SLOTS; slot++)
                 starts += is_unsure[slot] && other.residual[slot] < POLISH_FOLD;
             begun += starts;
-            /* The curves that start at this end of the pose line are known if at least as many
-             * curves arrived from the other end. */
+            /* Curves from this end of the pose line need not be followed if at least as many curves
+             * arrived from the other end. */
             if (k.side > 0 && s->count > 0 && starts <= k.arrived)
                 break;
             for (int slot = 0; slot < POLISH_SLOTS; slot++) {

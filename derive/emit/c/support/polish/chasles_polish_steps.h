@@ -111,8 +111,8 @@ POLISH_INLINE void POLISH_NAME(weighted)(const POLISH_NAME(configurations) * c,
     }
 }
 
-/* Shifts angles by full turns, so that each angle is within half a turn of zero or of its reference
- * value. */
+/* Shifts each angle by full turns, so that the angle is within half a turn of zero, or of its
+ * reference value for robots with loops solved by iteration. */
 POLISH_INLINE void POLISH_NAME(unwind)(lanes *q)
 {
     static const double turns[] = POLISH_TURNS;
@@ -193,8 +193,8 @@ POLISH_INLINE void POLISH_NAME(moved)(const lanes_where *going, const lanes *dq,
 }
 
 #if POLISH_N < 6 && POLISH_IS_SEARCHED
-/* Returns whether there is certainly no solution near the configuration c. No solution is near c if
- * the linearized error after a step exceeds the largest error that curvature can cause for this
+/* Returns whether it is certain that no solution is near the configuration c. No solution is near c
+ * if the linearized error after a step exceeds the largest error that curvature can cause for this
  * step length. Near singularities (small `pivots`), damping shortens the step, so the function
  * returns false. */
 POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) * c,
@@ -226,9 +226,9 @@ POLISH_INLINE lanes_where POLISH_NAME(misses)(const POLISH_NAME(configurations) 
  * and the squared length of the first step are written to `first`. The first step is damped only in
  * the lanes that `near` selects. In a search at fold points, the trace of (J J^T)^-1 after the
  * first step is also written to `first`. The trace of (J J^T)^-1 is large near singularities. For
- * robots with loops, the squared pose error at the start is written to `first` instead of the
- * trace. After a short Newton step, the next steps reuse the linear equations of this step, because
- * the Jacobian has hardly changed. If the arm has fewer than six joints, only some of its branches
+ * robots with loops, `first` receives the squared pose error at the start instead of the trace.
+ * After a short Newton step, the next steps reuse the linear equations of this step, because the
+ * Jacobian has hardly changed. If the arm has fewer than six joints, only some of its branches
  * reach the pose. Newton's iteration on a branch ends when the function `misses` shows that the
  * branch does not reach the pose. */
 static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where *near,
@@ -250,8 +250,8 @@ static LANES_TARGET void POLISH_NAME(newton)(const double *T, const lanes_where 
             POLISH_NAME(evaluate)(T, c);
         }
 #if !POLISH_IS_SEARCHED
-        /* If the loops of the true robot are on another branch than the nominal loops, the tool
-         * is far from the target pose. */
+        /* If the loops of the true robot are on another branch than the loops of the nominal robot,
+         * the tool is far from the target pose. */
         if (taken == 0) {
             first[3] = c->cost;
             going = POLISH_AND(going, LANES_LT(c->cost, POLISH_OF(POLISH_ON_BRANCH)));

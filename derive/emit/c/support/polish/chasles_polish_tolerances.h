@@ -36,13 +36,14 @@
 #define POLISH_BEND 8.0
 /* If the ratio of pivot to damping is above this value, damping hardly shortens the step. */
 #define POLISH_UNDAMPED 100.0
-/* Ratio of the damping to the squared pose error, for Newton steps from a solution of the nominal
- * arm. */
+/* Ratio of the damping to the squared pose error in Newton steps that start from a solution of the
+ * nominal arm. */
 #define POLISH_DAMPING 0.1
 /* Minimum damping of a Newton step, larger than the errors of 1e-16 in the computed squared
  * singular values. */
 #define POLISH_MIN_DAMPING 1e-15
-/* Maximum ratio of the damping to the squared pose error, above which Newton's iteration ends. */
+/* Newton's iteration ends if the ratio of the damping to the squared pose error exceeds this value.
+ */
 #define POLISH_MAX_DAMPING 1e6
 /* POLISH_MAX_HALVED is the maximum number of halved steps near a dead point (77 observed), and
  * POLISH_MIN_PART is the minimum fraction of a step. If a step shortened to the fraction
@@ -60,7 +61,7 @@
  */
 #define POLISH_DEVIATIONS(count) \
     ((count) * POLISH_DEVIATION * (POLISH_LENGTH > 1.0 ? POLISH_LENGTH : 1.0) + 1e-6)
-/* If the nominal arm misses a pose by a residual below this value, the true arm may reach the
+/* If the residual of the nominal arm at a pose is below this value, the true arm may reach the
  * pose. */
 #define POLISH_REACH POLISH_DEVIATIONS(POLISH_UNSURE)
 /* Maximum residual of the nominal arm at the start of a curve. */
@@ -98,8 +99,8 @@
  * The search uses a turning point if |mu| at this point is at most POLISH_TOUCH times half the
  * length of the pose line. */
 #define POLISH_TOUCH 0.3
-/* The search abandons a curve if its pose error (radian, or relative to the arm length) exceeds
- * this value before a correction. */
+/* The search abandons a curve if a point's distance from the curve exceeds this value before a
+ * correction. The distance is measured as a pose error (radian, or relative to the arm length). */
 #define POLISH_OFF_CURVE 0.05
 
 /* Maximum number of Newton steps from a nominal solution. Each Newton step doubles the number of
@@ -112,8 +113,8 @@
 /* Maximum number of directions in which the search displaces the target pose. */
 #define POLISH_DIRECTIONS 6
 /* If a solution is known, at most this number of pose lines is searched even without new solutions.
- * After these pose lines, the search continues while each further pose line gives a new solution. A
- * pose line is a straight line of poses through the target. */
+ * After these pose lines, the search continues only as long as every further pose line gives a new
+ * solution. A pose line is a straight line of poses through the target. */
 #define POLISH_FEW_DIRECTIONS 2
 
 /* Distance [rad] from a fold point at which the curvature of the curve is measured. */
