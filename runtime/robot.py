@@ -67,8 +67,7 @@ class Robot(
         parameters: The named parameters of the robot description, keyed by name.
         geometry: The parameters of the parametric functions, in the order of the input `p`. The
             tuple is empty if the robot has no parametric functions.
-        notes: Remarks on the description, for example about values that were replaced by exact
-            values.
+        notes: Remarks on the description, for example about rounded values.
         cleaning: The values of the robot description that were replaced by exact values.
             `cleaning.position` [m] and `cleaning.orientation` [rad] are bounds on the change of the
             tool pose.

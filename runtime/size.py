@@ -20,8 +20,8 @@ from .tolerances import AT_LIMIT, MIN_SIZE
 _SAMPLES = 256
 """Number of sampled configurations; more samples change a computed length by about 1 %."""
 _CLOSED, _HALVINGS = 32, 6
-"""Minimum number of samples at which the loops close, and maximum number of times that the sampling
-range is halved."""
+"""Minimum number of samples with closed loops, and maximum number of halvings of the sampling
+range."""
 
 
 def ranges(

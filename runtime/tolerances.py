@@ -15,9 +15,9 @@ SOLVED = 1e-9
 """Maximum residual (length, radian) of a solution: far above rounding errors, far below
 least-squares residuals of unreachable poses."""
 REFINED = 1e-3
-"""Newton's method refines solutions whose residual (length, radian) is at most this value. Rounding
-can change four nearly equal roots of a quartic by several times 1.2e-4, the fourth root of the
-rounding error."""
+"""Newton's method refines solutions with a residual of at most this length or angle. Rounding can
+change four nearly equal roots of a quartic by several times 1.2e-4, the fourth root of the rounding
+error."""
 TILTED = 1e-5
 """Maximum residual (length, radian) that rounding the pose to five digits can explain, for arms
 with fewer than six joints."""
@@ -103,8 +103,8 @@ singular value of a rounded pose is about the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5
-"""Default fraction of the error that a step of `track` corrects. A fraction of 1 corrects the whole
-linearized error."""
+"""Default fraction of the error that a step of `track` corrects, where 1 is the linearized error.
+"""
 
 # --- poses, twists and screws ---
 

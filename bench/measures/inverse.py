@@ -78,7 +78,7 @@ def peers(name: str) -> list[Inverse]:
 def calls(plan: Plan, name: str) -> list[Ratio]:
     """Compare calls of ik for a single pose with other libraries.
 
-    Each call returns all solutions of the pose.
+    Each call returns all solutions for the pose.
     """
     T = poses(name, VECTORS)
     repeats = max(plan.calls // VECTORS, 1)

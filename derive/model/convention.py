@@ -84,7 +84,7 @@ class AxisLine:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The fields of a convention for an axis, relative to a frame on the previous axis.
+    """The parameters of a convention for a joint axis, relative to a frame on the previous axis.
 
     Attributes:
         turn: Rotation about the previous axis (radian).

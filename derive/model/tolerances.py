@@ -185,7 +185,8 @@ loops. If each of eighty steps decreases the squared error by less than this fra
 three quarters of the squared error remain."""
 SAME_POINT = 1e-9
 """Points of a drawing are equal if their distance is at most this value (meter; no unit for
-directions). Closed loops have errors of 1e-12. The eye resolves 1e-4 of the size of a robot."""
+directions). Closed loops have errors of 1e-12. In a drawing, the eye resolves 1e-4 of the size of a
+robot."""
 MOVED_REFERENCE = 0.3
 """A joint value in a file is reported if it differs from the closed reference by more than this
 value (radian, or relative to the robot size). Joint values that an author estimates have errors of

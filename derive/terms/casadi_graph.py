@@ -41,8 +41,8 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
     and whose last input ``choice`` contains the signs.
 
     Args:
-        functions: The functions to convert. A term that occurs in several functions without branch
-            signs is converted once.
+        functions: The functions to convert. A term without branch signs is converted only once,
+            even if it occurs in several functions.
         prefix: The robot's name.
 
     Raises:

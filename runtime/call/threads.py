@@ -223,8 +223,7 @@ def _start_threads(pool: ThreadPoolExecutor) -> None:
 def _forget_pool() -> None:
     """Drop the pool in a forked child.
 
-    After a fork, the pool of the child process has no threads, and the lock of the pool may be
-    held.
+    After a fork, the pool of the child has no threads, and its lock may be held.
     """
     global _pool, _pool_lock
     _pool, _pool_lock = None, threading.Lock()

@@ -24,8 +24,7 @@ _OTHER_RATES = (0.4, 0.73)
 """Differences [rad or m] between the test values of successive joints that are not fixed. A
 relation between joint axes is accepted only if it holds for both differences."""
 _SEARCH = 16
-"""Number of Newton steps from each start. Further Newton steps refine only configurations near a
-solution."""
+"""Number of Newton steps from each start. Further steps refine only points near a solution."""
 _TURNS = 96
 """Number of start configurations per solution slot, with random values of the revolute joints."""
 

@@ -1,7 +1,6 @@
 """Inverse kinematics with fixed joints, as in `ik(T, fixed={"elbow": 1.2})`.
 
-If a fixed joint is not a redundancy parameter, the inverse kinematics function is derived on first
-use and cached.
+If a fixed joint is not a redundancy parameter, the IK function is derived on first use and cached.
 """
 
 from __future__ import annotations

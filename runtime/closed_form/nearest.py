@@ -113,8 +113,7 @@ class NearestMethods(RobotFacts):
         The search covers all branches, and all full turns within the limits. The distance is the
         largest weighted displacement of a coordinate from `q_seed`. Displacements of prismatic
         joints are divided by `robot.unit_length`. If two distances differ only by rounding, the
-        branch that comes first in `robot.labels` is selected. Each pose of a batch is solved
-        independently.
+        branch that comes first in `robot.labels` is selected. Poses are solved independently.
 
         Args:
             T: (..., 4, 4) poses of the tool in the base frame. For a partial `task`, T can also be

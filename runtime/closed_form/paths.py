@@ -48,8 +48,7 @@ class JointPath:
             if the branch continues beyond a limit.
         coordinate: The coordinate that jumps or exceeds a limit, otherwise "". For a coupled arm,
             `coordinate` may be the name of a joint.
-        next_value: Value that `coordinate` would need for the next pose, or NaN if the path is
-            complete.
+        next_value: Value that `coordinate` would need for the next pose, or NaN if complete.
         min_margin: The smallest margin on the path. NaN if no pose was reached. The margin is 0 at
             a stretched elbow, but not at aligned wrist axes.
         min_margin_index: The index of the pose with the smallest margin. -1 if no pose was reached.
@@ -153,8 +152,7 @@ class InverseMethods(RobotFacts):
                 a rigid pose by up to `se3.NEARLY_RIGID` are corrected. For a partial `task`, T can
                 also be the input (m, k) of the function `ik_<task>`, for example (m, 3) for
                 `ik_position`.
-            q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution within the
-                limits.
+            q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution.
             task: The part of each pose that the tool must reach, for arms with fewer than six
                 joints. Coordinates that the task leaves undetermined are 0. "pose": the whole pose.
                 "position": the origin of the tool frame. "position_pitch": the origin, and the

@@ -74,8 +74,7 @@ class Refinement:
         fk_jacobian_mixed: The function ``fk_jacobian_mixed`` of the robot.
         fixed: Indices of coordinates that keep their values.
         unit: The unit length [m] of the robot, used by the iteration.
-        task: The task of the inverse kinematics function: a pose, or the prescribed components of a
-            pose.
+        task: The task of the IK function: a pose, or the prescribed components of a pose.
         judged: The unit length [m] of residuals and tolerances, which is 1 m for some tasks.
         searches: Whether all solution slots are refined, because the closed form misses solutions.
         is_determined: Whether all inputs of the inverse kinematics function are coordinates. The
@@ -241,8 +240,7 @@ class Refinement:
     def turning(self, target: FloatArray, q: FloatArray) -> BoolArray:
         """Return a mask (N, n) of joints to fix along a possible self-motion from q (N, n).
 
-        If there is a self-motion, the joint with the largest component in the null direction is
-        fixed.
+        In a self-motion, the joint with the largest component in the null direction is fixed.
         """
         free = self._free(q.shape[-1])
         rows, error = self._measured(target, q)

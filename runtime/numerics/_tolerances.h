@@ -23,8 +23,8 @@
  * doubles deviates by 1e-14. */
 #define RIGID_TO_ROUNDING 1e-13
 
-/* Maximum least-squares residual of a solution for a rounded pose, as a multiple of the pose's
- * rounding error. */
+/* Maximum least-squares residual of a solution for a rounded pose, relative to the rounding error.
+ */
 #define ROUNDED 10.0
 
 /* Maximum deviation of a rounded rotation, in half units of the last digit. */

@@ -141,7 +141,7 @@ class VelocityMethods(ManipulabilityMethods):
                 unlimited. Acceleration limits also require `qd_previous` and `dt`.
             qd_previous: (..., n) joint rates of the previous time step [rad/s or m/s].
             dt: (...) time step [s]. If `dt` is given, no joint exceeds its position limits within
-                this time step.
+                `dt`.
             fixed: Names or indices of coordinates with the rate 0. A main-chain joint selects the
                 coordinate that moves this joint.
             damping_threshold: The dimensionless singular value below which a direction is damped.

@@ -1,4 +1,4 @@
-"""Data types of a campaign of random trials, and of the outcome of a trial."""
+"""Data types of a test with random trials, and of the outcome of a trial."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -251,7 +251,7 @@ def _angles(
 def _crossings(
     center: FloatArray, radius: float | FloatArray, centers: FloatArray, radii: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the angles [rad], on both circles, of the intersections of one circle with k circles.
+    """Return the intersections of one circle with k circles, as angles [rad] on both circles.
 
     Tangent circles do not count as crossing, because rounding errors could create or remove their
     intersections.

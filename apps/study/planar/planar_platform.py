@@ -200,7 +200,7 @@ class OrientationGrid(StudyResult):
 
     @property
     def inclusive(self) -> float:
-        """Area in which the tool reaches some angle [m^2], accurate to one cell at the border."""
+        """Area that the tool reaches with at least one angle [m^2], accurate to one border cell."""
         return float(self.possible.any(-1).sum() * self.grid.side**2)
 
     def plot(self, ax: Any = None) -> Any:

@@ -87,7 +87,7 @@ def axis_map(convention: Convention, kind: JointKind) -> AxisMap:
 
 
 def numbers_of(convention: Convention, kind: JointKind) -> Placement:
-    """Return the motions of a convention as functions of its parameters."""
+    """Return the elementary transforms of a convention as functions of its parameters."""
     return convention.numbers(kind) if convention.numbers else convention.transform
 
 

@@ -73,7 +73,7 @@ class Rating:
 
     @property
     def least(self) -> tuple[float, ...]:
-        """Smaller entry of ``separations`` and ``pairs`` for each configuration, or NaN."""
+        """Minimum of the entries in ``separations`` and ``pairs`` per configuration, or NaN."""
         return tuple(map(float, np.minimum(self.separations, self.pairs)))
 
     @property

@@ -140,7 +140,7 @@ def _by_structure(
 def _giving_turns(
     hybrid: SolvedLoops, classification: Classification, families: Sequence[Family]
 ) -> Classification | None:
-    """Return an axis structure with fixed revolute joints inside the chain, or None.
+    """Return a closed-form structure of a chain with fixed inner revolute joints, or None.
 
     For example, a long-arm excavator has four parallel axes on a column, and one of these four
     joints must be fixed.

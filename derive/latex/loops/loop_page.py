@@ -128,7 +128,7 @@ class LoopPage:
 
     @cached_property
     def dead_values(self) -> dict[int, DeadValues]:
-        """Return the actuator positions where a step has margin 0, keyed by step number."""
+        """Return actuator positions at which solutions of a step merge, keyed by step number."""
         steps = self.forward_steps
         with_margin = [printed.number for printed in steps if printed.step.margin is not None]
         found = zip(with_margin, dead_values(self.hybrid), strict=True)

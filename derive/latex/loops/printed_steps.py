@@ -81,7 +81,7 @@ class PrintedLoopStep:
         margin: Margin of the solution step, or None if the step can always be solved.
         rates: Equations for the rates of the step's unknowns.
         positions: Components of each known vector that the equations mention by name.
-        points: Components of each vector that the results mention by name.
+        points: Components of each vector, for vectors whose components the results mention by name.
         remark: Sentence that states which root of its equation the solution step chooses.
         dead_point: Description of the configurations in which the step's margin is 0.
     """
@@ -128,7 +128,7 @@ def printed_steps(
     first: int,
     joints: Mapping[str, sp.Symbol],
 ) -> tuple[PrintedLoopStep, ...]:
-    """Convert the steps of a solution to printed symbols.
+    """Convert the solution steps to the symbols of the LaTeX article.
 
     Args:
         terms: Table of the robot's named terms, to which the function adds the symbols of the

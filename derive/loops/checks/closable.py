@@ -60,8 +60,9 @@ def limits_of(h: SolvedLoops) -> tuple[str, ...]:
 def doubts_of(h: SolvedLoops) -> tuple[str, ...]:
     """Return warnings about a robot with closed loops, usually an empty tuple.
 
-    The warnings concern rods with swapped ends, omitted or distant reference values, and geometry
-    that narrowly misses the conditions of a closed-form solution.
+    The warnings concern rods with swapped ends, reference values that are omitted or far from a
+    closed configuration, and geometry that narrowly misses the conditions of a closed-form
+    solution.
     """
     swapped = doubtful_ends(h.mechanism, h.at_reference)
     doubts = (swapped, omitted_actuators(h), moved_reference(h), *nearly_met(h))

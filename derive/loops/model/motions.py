@@ -1,4 +1,4 @@
-"""Body frames with variable geometry, and the screws of their motions.
+"""Frames of bodies in terms of symbolic geometry parameters, and the screws of their motions.
 
 A sequence of elementary motions connects the base to a body. Motion m has the value v_m(q, u, p)
 and the unit screw S_m. The power of a wrench W on a body with the twist V is a sum over the

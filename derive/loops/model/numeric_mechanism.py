@@ -57,8 +57,8 @@ class NumericMechanism:
 
         Args:
             mechanism: The description.
-            planes: Plane axes of each planar loop, keyed by the name of its closure or strut. If
-                None, the plane axes are computed from the mechanism.
+            planes: Axes of the plane of each planar loop, keyed by the name of its closure or
+                strut. If None, the plane axes are computed from the mechanism.
         """
         self.mechanism = mechanism
         self._placed: dict[str, Floats] = {}

@@ -54,7 +54,7 @@ Named = tuple[sp.Symbol, sp.Expr]
 
 @dataclass(frozen=True)
 class LegLine:
-    """The line on which a leg keeps a point.
+    """The line to which a leg constrains a point.
 
     Attributes:
         normal: The unit normal of the line.
@@ -95,7 +95,7 @@ class Elimination:
         k: The right-hand sides of the two linear equations in w, as functions of the lengths.
         w: Symbols of the components of w, the vector of the first rod.
         position: Coordinates x and y of the platform as functions of the vector w.
-        scale: Squared length by whose cube the polynomial in the platform angle is divided.
+        scale: Squared length. The polynomial in the platform angle is divided by its cube.
         linear: The left-hand sides of the two linear equations in w.
         solution: The vector w that solves the two linear equations.
         polynomial: Both sides of the polynomial equation for the platform angle phi.

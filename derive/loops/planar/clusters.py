@@ -62,8 +62,8 @@ class Guide:
         angle: The rotation angle of the group that slides on the guide, without the constant part.
         rotor: The constant part of the rotation of the sliding group.
         at: The point of the guide at which the travel is 0.
-        at_other: The point of the sliding group that coincides with ``at`` at travel 0, in the axes
-            of the sliding group.
+        at_other: The point of the sliding group, in axes of this group, that coincides with the
+            point ``at`` if the travel is 0.
         along: The direction in which the sliding group travels.
     """
 

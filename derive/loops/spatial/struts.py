@@ -135,7 +135,7 @@ class Legs:
         return pose_of(self.mechanism, self.terms, frame, values)[0][2]
 
     def reach(self, struts: Sequence[Strut], *, sliding: bool) -> Reach | None:
-        """Return a strut with the single unknown joint that the strut determines, or None.
+        """Return a strut that determines a single unknown joint, together with this joint, or None.
 
         Args:
             struts: The struts. For several struts, the function returns None.

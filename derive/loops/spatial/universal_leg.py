@@ -114,7 +114,7 @@ def _fork_and_tip(legs: Legs, end: BallEnd) -> tuple[Fork, Vector] | None:
 
 
 def _joint_before(legs: Legs, end: BallEnd) -> UniversalJoint | None:
-    """Return the universal joint of the last two unknown joints, or None.
+    """Return the universal joint that the last two unknown joints form, or None.
 
     The axes of these two joints must intersect at a point other than the ball.
     """

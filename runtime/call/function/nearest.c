@@ -211,8 +211,7 @@ static PyObject *nearest_reduce(Nearest *self, PyObject *Py_UNUSED(ignored))
     return Py_NewRef(self->reduced);
 }
 
-/* Tests whether the redundancy parameters of the inverse kinematics function can be computed from a
- * seed. */
+/* Tests whether the redundancy parameters can be computed from a seed. */
 static int parameters_fit(const Nearest *self)
 {
     const Kernel *kernel = ((const Function *)self->inverse)->kernel;

@@ -44,8 +44,8 @@ static inline const char *last_error(char *reason)
 
 static inline int start_thread(HANDLE *thread, void *(*work)(void *), void *argument)
 {
-    /* The cast is safe: 64-bit Windows has one calling convention, and the exit code of the thread
-     * is never read. */
+    /* The cast is safe: 64-bit Windows has one calling convention, and no code reads the exit code.
+     */
     *thread = (HANDLE)_beginthreadex(NULL, 0, (void *)work, argument, 0, NULL);
     return *thread ? 0 : -1;
 }

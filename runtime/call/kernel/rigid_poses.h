@@ -18,8 +18,8 @@
 /* The outputs of an inverse kinematics function. */
 enum { SLOTS_Q, SLOTS_RESIDUAL, SLOTS_MARGIN };
 
-/* Tests whether four numbers differ from 0 0 0 1. Comparing the bits is faster than comparing
- * doubles. */
+/* Tests whether four numbers differ from 0 0 0 1. Comparing bits is faster than comparing doubles.
+ */
 static inline int differs_from_last_row(const double *row)
 {
     const double one = 1;

@@ -1,5 +1,5 @@
-/* Data of iterative inverse kinematics: arm, task and memory. Jacobians (n, 6) are stored by
- * column. */
+/* Data of iterative inverse kinematics: arm, task, memory. Jacobians (n, 6) are stored by column.
+ */
 #pragma once
 
 #include "library/_kernel.h"

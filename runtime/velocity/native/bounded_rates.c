@@ -85,8 +85,8 @@ static double largest_scale(const RateProblem *p, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
-/* Finds by bisection the factor s in [0, 1] for which the vector s*a is nearest to the box between
- * the bounds. */
+/* Finds by bisection the factor s in [0, 1] for which s*a is nearest to the box between the bounds.
+ */
 static double nearest_scale(const RateProblem *p, const double *a)
 {
     double from = 0, to = 1;

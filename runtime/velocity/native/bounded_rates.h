@@ -45,6 +45,5 @@ void rate_problem_free(RateProblem *p);
  * Returns s. */
 double solve_within_bounds(RateProblem *p);
 
-/* Projects the secondary rates z into the null space, and adds the projection to y within the
- * bounds. */
+/* Projects the secondary rates z into the null space, and adds them to y within the bounds. */
 void add_null_motion(RateProblem *p);

@@ -24,8 +24,7 @@ static void lock_joints(RateProblem *p)
     p->rank = p->rank < free ? p->rank : free;
 }
 
-/* Reads and scales the inputs. Returns 0 if an input is not finite. Bounds may be infinite, but
- * must not be NaN. */
+/* Reads and scales the inputs. Returns 0 if an input is not finite; bounds may be infinite. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;

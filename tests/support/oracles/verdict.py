@@ -121,7 +121,7 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator, starts: int = STARTS) -> np.ndarray:
     """Return the distinct solutions (k, n) of Newton's method for the target at q (n,).
 
-    Newton's method starts ``starts`` times from random coordinates.
+    Newton's method starts from ``starts`` random configurations.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)
