@@ -183,9 +183,9 @@ class RobotFacts(GeneratedFunctions):
     ) -> FloatArray:
         """Return random configurations within the limits, with closed loops.
 
-        Samples are uniform in each coordinate. The range of a coordinate without a limit ends pi
-        rad or 1 m from its reference value, which is 0 for a robot without loops. Samples with open
-        loops are replaced by samples closer to `q_reference`.
+        Samples are uniform in each coordinate. If a coordinate lacks a limit, its range ends on
+        that side pi rad or 1 m from its reference value. For a robot without loops, the reference
+        value is 0. Samples with open loops are replaced by samples closer to `q_reference`.
 
         Args:
             size: The leading dimensions of the result, by default () for a single configuration.

@@ -135,7 +135,7 @@ def write_doc(info: FunctionInfo, unit: float = 1.0, fixes: Manifest | None = No
             "",
         ]
     kinds = ", ".join(f"{kind} {n}" for kind, n in info.operations.items() if kind != "total")
-    lines += [f"Operations for one pose: {info.operations.get('total', 0)} ({kinds})."]
+    lines += [f"Number of floating-point operations: {info.operations.get('total', 0)} ({kinds})."]
     return "\n".join(lines)
 
 

@@ -53,8 +53,8 @@ FAR = 50.0
 """Residual (length) above which a message suggests that a unit is wrong, such as mm instead of m.
 """
 JUMP = 0.5
-"""Maximum joint motion (length, radian) between poses of a path. A larger motion may be a change of
-branch."""
+"""Maximum joint motion (length, radian) between poses of a path; otherwise the branch may change.
+"""
 SELF_MOTION_STEP = 1e-9
 """Final sampling step [rad or m] of a search along the self-motion. The distance from a seed is not
 differentiable at its minimum, so the search result is only as accurate as this step."""

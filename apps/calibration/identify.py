@@ -57,10 +57,10 @@ def identify(
             parameters of the robot file, such as the radius of a delta robot. The other groups are
             "joint", "transmission", "coupling", "compliance", "loop", "base" and "tool". The
             reference page "Calibration tables" describes all groups. The default "geometry" means
-            "axis", and also "loop" for robots with loops. If poses are measured, the group "tool"
-            is added. For serial robots, "axis" and "tool" are a complete and minimal set of
-            parameters. The group "base" is added if `parameter_std` is set, if "axis" is not
-            varied, or if the robot has loops.
+            "axis", and also "loop" for robots with loops. For serial robots, "axis" and "tool" are
+            a complete and minimal set of parameters. Two groups are added to every choice: "tool"
+            if poses are measured, and "base" if `parameter_std` is set, if "axis" is not varied, or
+            if the robot has loops.
         parameter_std: Standard deviations of parameters about their nominal values, in the units of
             the parameters (such as m or rad). A key is a name, a group (`part`) or a unit from
             `robot.geometry`. If several keys match a parameter, a name takes precedence over a
@@ -93,10 +93,10 @@ def identify(
         InputValueError: `q`, `T_W_base` or `weights` contains a number that is not finite, or a
             weight is not above 0. `vary` names an unknown parameter or group. `parameter_std` has
             an unknown key or a negative value. There are fewer measured values than values to
-            identify, or too few measured values agree with one another. The measurements have wrong
-            units, joint signs or table columns, as the message states. In `CirclePoints`, a circle
-            has no target that is visible in four configurations. Along a circle, the rotation of
-            the tool is less than 0.2 rad, or is not about a single axis.
+            identify, or too few measurements are consistent with one geometry. Units are wrong,
+            joint signs are inverted, or table columns are swapped; the message names the mistake.
+            In `CirclePoints`, a circle has no target that is visible in four configurations. Along
+            a circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
     """
     check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)

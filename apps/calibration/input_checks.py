@@ -55,8 +55,8 @@ _SLIDES = {
     "prismatic coordinates are in meters, not in millimeters": 1e3,
 }
 _NEIGHBOURS = 2
-"""Up to this index difference j - i, it is checked whether the encoder of joint j also measures
-joint i."""
+"""The checks test whether the encoder of joint j also measures joint i if the index difference j -
+i is at most this value."""
 _MIN_SURPLUS = 9
 """Minimum number of redundant equations for the checks of joints, rows and conventions. With fewer
 redundant equations, wrong input may fit by chance."""

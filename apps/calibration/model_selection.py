@@ -127,10 +127,10 @@ def select_model(
             configurations.
         InputValueError: `models` is empty. `q` contains a number that is not finite. A model names
             an unknown parameter or group, or its `parameter_std` has an unknown key or a negative
-            value. There are fewer measured values than values to identify. The measurements have
-            wrong units, joint signs or table columns, as the message states. In `CirclePoints`, a
-            circle has no target that is visible in four configurations. Along a circle, the
-            rotation of the tool is less than 0.2 rad, or is not about a single axis.
+            value. There are fewer measured values than values to identify. Units are wrong, joint
+            signs are inverted, or table columns are swapped; the message names the mistake. In
+            `CirclePoints`, a circle has no target that is visible in four configurations. Along a
+            circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
     """
     check_type("select_model: robot", robot, Robot)
     if not models:
@@ -198,10 +198,11 @@ def cross_validate(
             configurations.
         InputValueError: `q` contains a number that is not finite. `vary` names an unknown parameter
             or group, or `parameter_std` has an unknown key or a negative value. There are fewer
-            measured values than values to identify. The measurements have wrong units, joint signs
-            or table columns, as the message states. In `CirclePoints`, a circle has no target that
-            is visible in four configurations. Along a circle, the rotation of the tool is less than
-            0.2 rad, or is not about a single axis. `folds` is not an integer of at least 2.
+            measured values than values to identify. Units are wrong, joint signs are inverted, or
+            table columns are swapped; the message names the mistake. In `CirclePoints`, a circle
+            has no target that is visible in four configurations. Along a circle, the rotation of
+            the tool is less than 0.2 rad, or is not about a single axis. `folds` is not an integer
+            of at least 2.
     """
     check_type("cross_validate: robot", robot, Robot)
     folds = integer_at_least("cross_validate: folds", folds, 2)

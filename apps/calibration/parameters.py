@@ -61,7 +61,7 @@ def chosen(robot: Robot, words: Collection[str]) -> IntArray:
 
 
 def deviations(robot: Robot, parameter_std: Mapping[str, float]) -> FloatArray:
-    """Return the standard deviations (p,) of all parameters, with 0 if none is specified.
+    """Return the standard deviation of each parameter (p,), or 0 for an unspecified one.
 
     Args:
         robot: A robot with parametric functions.

@@ -27,7 +27,7 @@ from .tolerances import STATICALLY_SINGULAR
 
 FloatArray = NDArray[np.float64]
 _PRESTRESSED = 1e-6
-"""A strut counts as free of internal force if its squared force is at most 1e-6 for any internal
+"""A strut counts as free of internal force if its squared force is at most 1e-6 for all internal
 forces of norm 1. Internal forces are in equilibrium without an external load.
 
 If the squared internal force of a strut is larger than 1e-6, equilibrium does not determine the
@@ -159,8 +159,8 @@ def static_loads(
 
     Bodies are rigid, and joints have no friction. Struts are rods and cylinders. A closure is a
     joint that closes a kinematic loop. If all joint axes of a loop are parallel, its closure
-    transmits only forces normal to the axes. In such a loop, the other joints carry the forces
-    along the axes.
+    transmits no forces along the axes. In such a loop, the other joints carry the forces along the
+    axes.
 
     Args:
         robot: The robot.

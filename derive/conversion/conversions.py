@@ -99,11 +99,11 @@ def convert(robot: Described, to: Format) -> Conversion:
     Args:
         robot: A serial robot in any convention, for example from ``read``.
         to: The format. "toml" is a robot file with the robot's own conventions and parameters.
-            "urdf" is a URDF whose origins have 17 digits. "dh" (standard Denavit-Hartenberg),
+            "urdf" is URDF, with 17 digits in the joint origins. "dh" (standard Denavit-Hartenberg),
             "mdh" (modified, Craig) and "poe" (screw axes) are tables: robot files in which all
-            joints have this convention. In a table, fixed joints become part of the links.
-            Constant transforms that a table cannot represent become part of the base pose or of
-            the tool pose.
+            joints have this convention. In a table, fixed joints become part of the links. Constant
+            transforms that a table cannot represent become part of the base pose or of the tool
+            pose.
 
     Returns:
         The conversion, with the text in the new format and upper bounds of the tool pose error.
@@ -111,8 +111,8 @@ def convert(robot: Described, to: Format) -> Conversion:
 
     Raises:
         InputValueError: The format is unknown, the robot has loops, or the format cannot express
-            the robot. A table would move the link frames in which the positions of masses are
-            given.
+            the robot. The robot has masses, and a table would move the link frames in which their
+            positions are given.
     """
     check_type("convert: robot", robot, SerialRobot, Mechanism)
     if to not in FORMATS:

@@ -54,13 +54,13 @@ def model_report(
         description: A serial robot or a mechanism, from ``read`` or built in Python. For a
             mechanism, the report describes only the joints between base and tool.
         conventions: The conventions to compare; all conventions of chasles by default. Conventions
-            without a ``fit`` function are omitted.
-        rng: Seed or generator of the random configurations at which parameter ranks are computed.
-            With None, each call uses different configurations.
+            that chasles cannot fit to a given joint transform are omitted.
+        rng: Seed or generator of random configurations, at which the rank of the parameter Jacobian
+            is computed. With None, each call uses different configurations.
 
     Raises:
-        DescriptionError: The tool of a mechanism is on a free platform, so that no chain of joints
-            leads from the base to the tool.
+        DescriptionError: The tool of a mechanism is on a platform that is carried only by legs, and
+            the robot file describes no chain of joints to this platform.
     """
     check_type("model_report: description", description, SerialRobot, Mechanism)
     chain = _chain(description)

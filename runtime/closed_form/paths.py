@@ -143,30 +143,32 @@ class InverseMethods(RobotFacts):
 
         Each step selects the solution nearest to the previous configuration. Angles that differ by
         full turns count as different solutions. If two aligned wrist axes allow infinitely many
-        solutions, Newton's method finds a solution nearby. At a singularity, the index of the
-        followed branch in `robot.labels` may change. The path ends at a joint limit, even if
-        another branch would continue.
+        solutions, Newton's method finds a solution nearby. At a singularity, the solution slot of
+        the followed branch may change. The path ends at a joint limit, even if another branch would
+        continue.
 
         Args:
-            T: (m, 4, 4) closely spaced poses of the tool in the base frame. Poses that deviate from
-                a rigid pose by up to `se3.NEARLY_RIGID` are corrected. For a partial `task`, T can
-                also be the input (m, k) of the function `ik_<task>`, for example (m, 3) for
+            T: (m, 4, 4) closely spaced poses of the tool in the base frame. Deviations from rigid
+                transformations of up to `se3.NEARLY_RIGID` are corrected. For a partial `task`, T
+                can also be the input (m, k) of the function `ik_<task>`, for example (m, 3) for
                 `ik_position`.
-            q_seed: (n,) coordinates [rad or m]. The path starts at the nearest solution.
+            q_seed: (n,) coordinates [rad or m]. The path starts at the solution nearest to them,
+                within the limits.
             task: The part of each pose that the tool must reach, for arms with fewer than six
-                joints. Coordinates that the task leaves undetermined are 0. "pose": the whole pose.
-                "position": the origin of the tool frame. "position_pitch": the origin, and the
-                elevation of the tool's z axis above the x-y plane of the base.
-                "position_direction": the origin, and the direction of the tool's z axis. "planar":
-                x, y, and the angle of the tool's x axis in the base x-y plane.
-            fixed: Joints that must not move (only with `task="pose"`): names or indices of joints
-                that keep their values at `q_seed`, or a mapping from joint names to values () or
-                (m,). For joints outside `robot.redundancy`, the first call derives an inverse
-                kinematics function in seconds.
+                joints. Joint coordinates that the task does not determine are 0. "pose" is the
+                whole pose. "position" is the origin of the tool frame. "position_pitch" includes
+                the origin of the tool frame and the elevation of the tool's z axis above the x-y
+                plane of the base. "position_direction" includes the origin of the tool frame and
+                the direction of the tool's z axis. "planar" includes x, y, and the angle of the
+                tool's x axis in the x-y plane of the base.
+            fixed: Joints with prescribed values (only with `task="pose"`): names or indices of
+                joints that keep their values at `q_seed`, or a mapping from joint names to one
+                value or (m,) values. For joints that are not in `robot.redundancy`, the first call
+                takes some seconds, because it derives an inverse kinematics function.
             redundancy: How to select the parameters in `robot.redundancy` of a redundant robot.
                 "fixed" keeps their values at `q_seed`. "nearest", "limits" and "manipulability"
-                select new values at each pose, with the objectives of `ik_nearest`. These
-                objectives consider solutions within `max_step` of the previous configuration.
+                select new values at each pose, with the objectives of `ik_nearest`. The selection
+                is limited to solutions within `max_step` of the previous configuration.
             max_step: Maximum displacement of each joint between successive poses [rad or m]. By
                 default, 0.5 rad (revolute joints) or 0.5 `robot.unit_length` (prismatic joints).
 

@@ -275,8 +275,7 @@ class Solutions(Fields):
             weights: (n,) weights of the displacements; weight 0 excludes a coordinate.
 
         Returns:
-            (..., n) coordinates [rad or m]. In a batch, poses without a valid solution slot have
-            NaN.
+            (..., n) coordinates [rad or m]. In a batch, poses without a valid solution have NaN.
 
         Raises:
             OutOfReachError: If a single pose has no valid solution slot.

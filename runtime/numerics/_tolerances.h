@@ -67,8 +67,7 @@
 /* Initial mu of an attempt, with lambda = mu |W e|^2 / 2 [1 / radian^2 or 1 / meter^2]. */
 #define LM_FIRST_MU 0.1
 
-/* The damping mu is multiplied by LM_MU_DECREASE after accepted steps and by LM_MU_INCREASE after
- * rejected steps. */
+/* Factors of the damping mu: LM_MU_DECREASE after accepted, LM_MU_INCREASE after rejected steps. */
 #define LM_MU_DECREASE 0.3
 #define LM_MU_INCREASE 8.0
 
@@ -125,8 +124,7 @@
 #define TRACK_RAISE_DAMPING 2
 #define TRACK_LOWER_DAMPING 1.05
 
-/* Minimum predicted reduction relative to the squared error; reductions below this value are
- * rounding errors. */
+/* Minimum predicted reduction relative to the squared error; smaller ones are rounding errors. */
 #define TRACK_NO_DECREASE 1e-12
 
 /* Rows count as orthogonal if their scalar product, divided by the longer row's squared norm, is at

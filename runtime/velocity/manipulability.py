@@ -96,8 +96,9 @@ class ManipulabilityMethods(LengthMethods):
                 length of 1 leaves the Jacobian unscaled, in meters and radians.
 
         Returns:
-            `measure`, `min_singular_value` and `condition`, each (...,), and the decreasing
-            `singular_values (..., r)`. All are NaN if q is not finite or a loop is open.
+            `measure`, `min_singular_value` and `condition`, each (...,), and `singular_values (...,
+            r)` of the r possible directions, in decreasing order. All are NaN if q is not finite or
+            a loop is open.
 
         Raises:
             ShapeError: If the shape of q is not (..., n).
@@ -124,7 +125,7 @@ class ManipulabilityMethods(LengthMethods):
 
         The measure is `robot.manipulability(q).measure`. At a singularity, the measure is not
         differentiable (like |x| at 0), and the result is a one-sided gradient. The gradient is NaN
-        if q is not finite or a loop is open. Arguments and errors are as for `manipulability`.
+        if q is not finite or the loops do not close. Arguments: see `manipulability`.
         """
         metric = self._metric("manipulability_gradient", components, characteristic_length)
         J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
@@ -146,7 +147,7 @@ class ManipulabilityMethods(LengthMethods):
         Returns:
             Unit vectors `axes (..., k, r)` as columns, and semi-axes `lengths (..., r)`. k is 6 for
             "all" components, otherwise 3. r is the number of directions in which the tool can move.
-            Both arrays are NaN if q is not finite or a loop is open.
+            Both arrays are NaN if q is not finite or the loops do not close.
 
         Raises:
             InputError: If the shape of q, `components` or the length is invalid.

@@ -70,8 +70,7 @@ class Accelerations:
 
     Attributes:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
-        acceleration: (..., 6) resulting time derivative of the twist, in the requested
-            representation.
+        acceleration: (..., 6) resulting time derivative of the twist, as represented.
         scale: (...,) s in [0, 1]; the limits permit only the fraction s of J qdd.
         limited: (..., n) whether the acceleration limit of the joint is active.
         min_singular_value: (...,) the smallest singular value, as in `Rates`.
@@ -150,7 +149,7 @@ class VelocityMethods(ManipulabilityMethods):
 
         Returns:
             Joint rates, the resulting twist, the damping and the active limits. All are NaN if an
-            input is not finite or a loop is open.
+            input is not finite or the loops do not close.
 
         Raises:
             ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
@@ -191,10 +190,10 @@ class VelocityMethods(ManipulabilityMethods):
         damping_threshold: float = _rates.DAMPING_THRESHOLD,
         characteristic_length: float | None = None,
     ) -> Accelerations:
-        """Return damped joint accelerations qdd for a rate A of the twist, J qdd = A - J_dot qd.
+        """Return joint accelerations qdd for an acceleration A of the tool, J qdd = A - J_dot qd.
 
-        Damping, and scaling at the acceleration limits, are as for `joint_rates`. The acceleration
-        has minimum norm, so that a redundant robot continues its self-motion.
+        Damping, and scaling at the acceleration limits, are as for `joint_rates`. The joint
+        accelerations have minimum norm, and do not stop a self-motion of a redundant robot.
 
         Args:
             q: (..., n) coordinates [rad or m].
@@ -213,7 +212,7 @@ class VelocityMethods(ManipulabilityMethods):
 
         Returns:
             Joint accelerations, the resulting A, the damping and the active limits. All are NaN if
-            an input is not finite or a loop is open. Errors are as for `joint_rates`.
+            an input is not finite or the loops do not close. Exceptions are as for `joint_rates`.
         """
         method = "joint_accelerations"
         limits, kept = self._fixed_limits(method, "acceleration_limits", acceleration_limits, fixed)

@@ -32,7 +32,7 @@ class Determinants(NamedTuple):
 
 
 class SingularityDistance(NamedTuple):
-    """Distances to singularities, as multiples of a direction vector, or inf without a singularity.
+    """Distances to singularities, as multiples of a direction vector, or inf if none is found.
 
     Attributes:
         type_1: (...,) distance to a pose at which a leg is stretched or folded.

@@ -21,8 +21,7 @@ class Singularity(NamedTuple):
             (a leg is stretched or folded, at the workspace boundary).
         type_2: (...,) smallest singular value of J_x: at 0 the platform gains a degree of freedom
             (the platform can move with locked actuators, and two assembly modes meet).
-        type_3: (...,) the larger of type_1 and type_2: at 0 the robot is in a singularity of type 1
-            and of type 2.
+        type_3: (...,) the larger of type_1 and type_2: at 0, both types of singularity coincide.
     """
 
     type_1: FloatArray

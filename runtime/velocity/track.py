@@ -123,7 +123,7 @@ class TrackMethods(ManipulabilityMethods):
         Raises:
             ShapeError: If the shape of `T`, `q_start` or `rate_limits` is wrong.
             InputValueError: If a matrix of T is not nearly rigid, if `q_start` is outside the
-                limits, if a loop is open at `q_start`, or if an argument is out of range.
+                limits, if the loops do not close at `q_start`, or if an argument is out of range.
 
         Source:
             D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;

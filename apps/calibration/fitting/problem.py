@@ -49,7 +49,7 @@ Output = TypeVar("Output")
 _ROUNDS = 12
 """Maximum number of repeated fits, each with updated outliers and noise."""
 _STEP = 1e-12
-"""Relative change of the variables and of the sum of squares at which the fit stops."""
+"""Relative change, of the variables or of the sum of squares, at which the fit stops."""
 _EVALUATIONS = 100
 """Maximum number of error evaluations per fit. For exact data, the fit does not converge before
 rounding errors dominate. About twenty error evaluations suffice."""
@@ -349,7 +349,7 @@ class Problem:
     def strays(self, x: FloatArray) -> FloatArray:
         """Return the parameter deviations (t,) from nominal, divided by their standard deviations.
 
-        Only the t parameters with a known standard deviation have a deviation.
+        Each deviation belongs to one of the t parameters with a known standard deviation.
         """
         at = np.flatnonzero(self.known)
         return np.asarray((x[at] - nominal(self.robot)[self.sought[at]]) / self.known[at])

@@ -142,7 +142,7 @@ class ExactWorkspace(StudyResult):
 def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
     """Return the exact region that the tool origin or the wrist center of a serial arm reaches.
 
-    The axes of the joints that move the point must have one of two forms:
+    The axes of the joints that move the point must have one of two arrangements:
 
     - All axes are parallel. Two or more joints are revolute, and the others are prismatic. The
       workspace is planar, or a prism if there is a prismatic joint.
@@ -158,16 +158,16 @@ def exact_workspace(robot: Robot, *, point: Point = "tool") -> ExactWorkspace:
             the tool.
 
     Returns:
-        An `ExactWorkspace`. `section` is the reachable region in the plane of the motion, and
-        `area` [m^2] is its area. `origin` (3,) [m] and the unit vectors `axes` (2, 3) describe this
-        plane in the base frame. `volume` [m^3] is 0 for a planar workspace. `bounds` (2, 3)
-        contains the smallest and largest x, y and z in the base frame [m]. `joints` names the
-        joints that move the point.
+        An `ExactWorkspace`. `section` is the reachable region in a plane: the plane of the parallel
+        motion, or a plane through the axis of revolution. `area` [m^2] is its area. `origin` (3,)
+        [m] and the unit vectors `axes` (2, 3) describe the plane in the base frame. `volume` [m^3]
+        is 0 for a planar workspace. `bounds` (2, 3) contains the smallest and largest x, y and z in
+        the base frame [m]. `joints` names the joints that move the point.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.
         InputValueError: The robot has loops, `point` is neither "tool" nor "wrist", or the axes
-            have neither of the two forms above. `point` is "wrist", and no two consecutive axes
+            have neither of the two arrangements above. For "wrist", no two consecutive axes
             intersect.
     """
     check_type("exact_workspace: robot", robot, Robot)

@@ -126,9 +126,9 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
 
     At one tool angle, each leg restricts the tool to an annulus, the area between two concentric
     circles. As the angle changes, the center of the annulus moves on a circle of radius r about a
-    fixed point. Let t be the distance of a position from this fixed point. The position is always
-    in the annulus if t + r is at most the outer radius and |t - r| at least the inner radius. These
-    conditions bound the region by circles.
+    fixed point. Let t be the distance of a position from this fixed point. If t + r is at most the
+    outer radius and |t - r| at least the inner radius, the annulus contains the position at every
+    angle. These conditions bound the region by circles.
 
     Args:
         robot: A planar platform with three legs. The tool moves in the x-y plane of the base frame
@@ -138,8 +138,7 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     Returns:
         A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact up to
         rounding errors. `contains(points)` tests whether points (m, 2) [m] are in the region.
-        `arcs` lists the circular arcs of the border. `area` is 0 if, at each position, the tool
-        cannot reach some of the angles.
+        `arcs` lists the circular arcs of the border. `area` is 0 if no such position exists.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.

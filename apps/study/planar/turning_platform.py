@@ -2,10 +2,10 @@
 
 At the platform angle phi, a leg restricts the tool to an annulus about c(phi) with inner radius a
 and outer radius b. The center c(phi) moves on an arc of radius r about a point m. A leg reaches a
-position at all angles if its distances from all points of the arc of c(phi) are between a and b.
-Circles bound the region of such positions. The circles about the ends of the arc of c(phi) have
-radii a and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound the
-total workspace, which contains the positions that the tool reaches at all angles.
+position at all angles if the position's distances from all points of the arc of c(phi) are between
+a and b. Circles bound the region of such positions. The circles about the ends of the arc of c(phi)
+have radii a and b. The circles about m have radii b - r, r + a and |r - a|. So circular arcs bound
+the total workspace, which contains the positions that the tool reaches at all angles.
 
 The inclusive workspace contains the positions that the tool reaches at some angle. The border of
 the inclusive workspace also contains noncircular curves, on which two legs are at their limits. The

@@ -241,7 +241,7 @@ def configuration_space(
     Raises:
         InputValueError: A prismatic coordinate of the robot has no limits. A radius is not above 0.
             `allowed_collisions` contains an unknown body. The joint motion of a robot with loops
-            cannot be bounded. All pairs of shapes are excluded from the collision checks.
+            cannot be bounded. No pair of shapes remains for the collision checks.
         ShapeError: `radius` is a sequence, and its length differs from the number of bodies.
     """
     check_type("configuration_space: robot", robot, Robot)

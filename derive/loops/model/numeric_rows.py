@@ -1,8 +1,8 @@
 """Closure equations in double precision, and their Jacobian.
 
 Each closure equation has a corresponding wrench. Let V be the twist of the body at end b relative
-to the body at end a. The rate of the residual of a closure equation is the reciprocal product of
-its wrench and V.
+to the body at end a. If the loop is closed, the rate of the residual of a closure equation is the
+reciprocal product of its wrench and V.
 """
 
 from collections.abc import Iterator, Mapping

@@ -201,8 +201,8 @@ class HexapodTables(Tables):
         origin: The centroid of the rod ends on the actuated side.
         middle: The centroid of the rod ends on the platform.
         axis: For each angle of the platform, the index (0 to 2) of its rotation axis.
-        moves: Whether the actuators move the rod ends opposite the platform, and do not only change
-            the rod lengths.
+        moves: Whether the actuators move the rod ends on the actuated side, instead of only
+            changing the rod lengths.
         paths: Number of complex poses, which is also the number of solutions in the results.
         joined: The side on which pairs of rods share ends, coded as in ``DoubleJoints.side``.
         pairs: Indices of the rods (0 to 5), ordered in pairs of rods that share an end.

@@ -35,8 +35,8 @@ OPENING = "Let, with $z$ along the joint,"
 class TurningLeg(LegStep):
     """Two circles in a plane normal to the axis of a revolute joint.
 
-    The first circle is the path of the moved leg end. The second circle is the intersection of this
-    plane with a sphere whose radius is the leg length.
+    The first circle is the path of the moved leg end. The second circle is the intersection of the
+    first circle's plane with a sphere whose radius is the leg length.
 
     Attributes:
         circles: The two circles in the joint frame, where the vector w is the leg, projected onto

@@ -1,5 +1,4 @@
-/* Packs results into Python objects; an inverse kinematics function returns a Solutions tuple
- * (solutions.py). */
+/* Packs results into Python objects; an IK function returns a Solutions tuple (solutions.py). */
 #pragma once
 
 #include "call/function/arguments.h"

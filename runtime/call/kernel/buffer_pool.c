@@ -45,8 +45,7 @@ static void shrink_kept(int n, size_t bytes)
     }
 }
 
-/* Returns the index of the smallest unused block with `size` to 1.25 `size` bytes, or -1 if there
- * is none. */
+/* Returns the index of the smallest unused block with `size` to 1.25 `size` bytes, or -1. */
 static int find_kept(size_t size)
 {
     int best = -1;

@@ -31,8 +31,8 @@ def test_singularity_measures_match_their_definitions(robot):
     assert len(q) > 50
     found = robot.singularity(pose, q, characteristic_length=0.2)
     J_x = lines(pose, q)
-    # The platform velocity x' and the crank rates q' satisfy J_x x' = J_q q'. Row k of J_x x' = J_q
-    # q' contains only the rate of crank k.
+    # The platform velocity x' and the crank rates q' satisfy J_x x' = J_q q'. Row k of the product
+    # J_q q' contains only the rate of crank k.
     arms = planar.CRANK * np.stack([-np.sin(q), np.cos(q)], -1)
     J_q = (arms * J_x[..., :2]).sum(-1)
     np.testing.assert_allclose(found.type_1, np.abs(J_q).min(-1) / 0.2, atol=1e-12)

@@ -164,7 +164,7 @@ class PoseSet:
     Attributes:
         name: The name of the pose set in the benchmark.
         q: Coordinates (m, n).
-        regular: Whether ``Verdict.lost`` is counted, the number of targets whose generating
+        regular: Whether ``Verdict.lost`` is counted: the number of targets whose generating
             coordinates are missing from the solutions. If False, the set may contain singular
             configurations.
     """

@@ -1,7 +1,7 @@
 """Actuator values and inverse kinematics of platforms with serial legs.
 
-The tests compare with Newton's method on a NumPy model, and with a formula for the arm angles of a
-rotary delta.
+The tests compare results with Newton's method on a NumPy model, and with a formula for the arm
+angles of a rotary delta.
 """
 
 from functools import partial
