@@ -62,7 +62,7 @@ def emitters_of(languages: Iterable[str | Emitter]) -> tuple[Emitter, ...]:
 
 
 def with_detail(emitters: Iterable[Emitter], detail: str) -> tuple[Emitter, ...]:
-    """Return the emitters; ``detail`` selects how the LaTeX article is written."""
+    """Return the emitters with a full, brief or omitted LaTeX article, as ``detail`` selects."""
     if detail == "full":
         return tuple(emitters)
     article = (BRIEF,) if detail == "brief" else ()

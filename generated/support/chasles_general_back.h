@@ -66,10 +66,10 @@ CHASLES_INLINE void chasles_general_of_pair(int slides, chasles_vector x, chasle
         chasles_general_unit(x, y, c, s);
 }
 
-/* Computes cosine and sine of the first two joints in the elimination order (the pair) from the
- * cosines and sines of the next three joints. Returns the sum of the absolute residuals of the
- * equations whose pivots are zero. If both joints of the pair are prismatic, three products of
- * unknowns are absent from the equations. */
+/* Computes cosine and sine of the first two joints in the elimination order from the cosines and
+ * sines of the next three joints. Returns the sum of the absolute residuals of the equations whose
+ * pivots are zero. If both joints of the pair are prismatic, three products of unknowns are absent
+ * from the equations. */
 CHASLES_INLINE chasles_vector chasles_general_pair(const chasles_general_system *system,
                                                    chasles_vector *c, chasles_vector *s)
 {

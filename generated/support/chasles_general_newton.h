@@ -424,9 +424,9 @@ static int chasles_general_walk_start(const chasles_general_six *six, const doub
     return chasles_general_onto_curve(six, T, point);
 }
 
-/* Follows the self-motion curve in one direction. Newton's iteration starts from the curve points
- * where the remaining pose error changes its sign or has a minimum, which are stored in `iterates`.
- * Returns the number of start configurations. */
+/* Follows the self-motion curve in one direction. Stores start configurations for Newton's
+ * iteration in `iterates`: the curve points where the remaining pose error changes its sign or has
+ * a minimum. Returns the number of start configurations. */
 static int chasles_general_walk(const chasles_general_six *six, const double *T,
                                 const chasles_general_walk_point *start, double sense,
                                 chasles_general_iterate *iterates, int most)

@@ -10,8 +10,8 @@
  * CHASLES_PATH_NEARER, and the third attempt to CHASLES_PATH_NEAREST. */
 #define CHASLES_PATH_NEARER 1e-6
 #define CHASLES_PATH_NEAREST 1e-8
-/* Maximum length of the second Newton correction. This length is about the square of the length of
- * the first correction. */
+/* Maximum length of the second Newton correction. The length of the second correction is about the
+ * square of the length of the first. */
 #define CHASLES_PATH_ON 1e-7
 /* Initial step and maximum step of the path parameter, which runs from 0 to 1. */
 #define CHASLES_PATH_FIRST 0.05

@@ -46,8 +46,8 @@ class ArmStep(LoopStep):
     Attributes:
         found: Values of all arm joints if this step is the first step of the arm, otherwise an
             empty tuple.
-        arm: The serial arm in its first step, otherwise None. The step that tests the values of
-            locked joints also has None.
+        arm: The serial arm in its first step, otherwise None. The attribute is also None in the
+            step that tests the values of locked joints.
     """
 
     found: tuple[sp.Expr, ...] = ()
@@ -133,8 +133,8 @@ class _EitherBranch:
     def signs(self, legs: Legs) -> Signs | None:
         """Return the requested branch signs, or the branch signs at the reference configuration.
 
-        If no branch is requested and if no branch or several branches contain the reference
-        configuration, return None.
+        If no branch is requested, and the reference configuration is in no branch or in several
+        branches, return None.
         """
         keys = [(self.arm.closure, symbol.name) for symbol in self.sides]
         if legs.branch is not None:

@@ -125,7 +125,7 @@ class GeneralInverse:
 
 
 def general_inverse(robot: SerialRobot, give: tuple[int, ...] = ()) -> GeneralInverse | None:
-    """Return ``ik`` by the general solver, or None if the solver does not apply.
+    """Return the inverse kinematics by the general solver, or None if the solver does not apply.
 
     The solver requires an arm with at least five joints.
 

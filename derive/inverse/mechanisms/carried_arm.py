@@ -80,7 +80,7 @@ class CarriedArmTables(Tables):
         solutions: Maximum number of solutions for the unknown joints.
         places: For each entry of `maps`, the number of its joint, counted from the base.
         ranks: For each entry of `maps`, the index of its joint in the list of unknown joints. For a
-            fixed joint with index k in the list of fixed joints, the number is -1 - k.
+            fixed joint with index k in the list of fixed joints, the entry is -1 - k.
         kinds: For each entry of `maps`, whether its joint is prismatic.
         size: Length of the mechanism (meter).
         maps: Three matrix terms of the inverse pose of each joint. For a revolute joint, the three

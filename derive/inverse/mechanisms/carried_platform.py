@@ -51,7 +51,7 @@ TOOL = pose_of_entries(POSE_SYMBOLS)
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane in which a leg keeps a ball joint, and the joint position on the platform.
+    """The plane in which a leg keeps a ball joint, and the ball joint's position on the platform.
 
     Attributes:
         normal: Unit normal of the plane, in the axes of the body at which the legs start.
@@ -137,7 +137,7 @@ def carried_platform(h: SolvedLoops) -> CarriedPlatform | str:
 
 
 def keeps_planes(h: SolvedLoops) -> bool:
-    """Whether the chain has joints besides a platform whose legs keep ball joints in planes."""
+    """Whether a chain has other joints and a platform whose legs keep ball joints in planes."""
     parts = _parts(h)
     return not isinstance(parts, str) and not isinstance(_planes(h, parts, _robot(h, parts)), str)
 

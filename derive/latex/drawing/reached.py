@@ -70,7 +70,8 @@ class ToolPosition:
         upper: Highest value of each coordinate (n,).
         size: The robot's size (meter).
         upright: Index of the coordinate that rotates the robot about a vertical axis, and a point
-            on this axis. ``upright`` is None if no coordinate does so.
+            on this axis. ``upright`` is None if no coordinate rotates the robot about a vertical
+            axis.
     """
 
     at: Callable[[Array], Array]

@@ -20,8 +20,8 @@ OTHERS = 8
 """Number of coordinate values at which a margin is computed, to test whether the margin depends on
 the coordinate."""
 CHANGED = 1e-9
-"""Minimum change of a margin along a coordinate. If the change is smaller, the margin counts as
-independent of the coordinate."""
+"""If a margin changes by less than this value along a coordinate, the margin counts as independent
+of the coordinate."""
 
 
 @dataclass(frozen=True)

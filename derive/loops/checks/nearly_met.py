@@ -73,7 +73,7 @@ def _around(h: SolvedLoops) -> Iterator[AtReference]:
     """Yield the reference configuration and two configurations near it.
 
     In one nearby configuration, all actuated coordinates are larger than at the reference. In the
-    other nearby configuration, all are smaller.
+    other nearby configuration, all actuated coordinates are smaller than at the reference.
     """
     own, terms = h.forward.reference, h.terms
     for part in (0.0, SAMPLED_RANGE, -SAMPLED_RANGE):

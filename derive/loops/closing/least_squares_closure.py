@@ -54,7 +54,7 @@ class LeastSquaresClosure:
     actuators: int = 0
 
     def __str__(self) -> str:
-        """Describe the redundant constraints and the closure errors."""
+        """Describe the redundant actuators, or the redundant constraints and the closure errors."""
         if self.actuators:
             return f"{self.actuators} more actuators than degrees of freedom"
         open_ = ", ".join(

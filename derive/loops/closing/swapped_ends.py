@@ -23,8 +23,8 @@ CLEARLY = 0.02
 this distance (radian, or relative to the size). A smaller distance between the closed configuration
 and the reference may be due to rounded reference values."""
 PART = 0.1
-"""A swap of rod ends is reported only if it reduces the distance between closed configuration and
-reference to at most this fraction."""
+"""A swap of rod ends is reported only if it reduces the distance of the closed configuration from
+the reference to at most this fraction."""
 
 
 def doubtful_ends(mechanism: Mechanism, closed: Mapping[str, float]) -> str:

@@ -34,8 +34,8 @@ class Row:
         unit: Unit of the residual, m or 1.
         powers: Pairs (power, motion) for the elementary motions of both loop branches. The power is
             the derivative of the residual with respect to the value of the elementary motion.
-        length: In a strut equation, the strut length, which is subtracted from the distance between
-            the strut ends. In all other equations, 0.
+        length: Strut length, which a strut equation subtracts from the distance between the strut
+            ends. In all other equations, ``length`` is 0.
     """
 
     residual: sp.Expr
