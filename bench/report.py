@@ -49,7 +49,7 @@ class Ratio:
 
     Attributes:
         key: Names of the measurement, the arm and the other library, such as "scalar ur5e fk:
-        wrenfold".
+            wrenfold".
         own: Minimum time of chasles [ns].
         peer: Minimum time of the other library [ns].
         median: Median time ratio of all measurement rounds. A ratio above 1 means that chasles is

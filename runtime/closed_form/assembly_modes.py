@@ -20,7 +20,7 @@ class PlanarAssemblyModes(NamedTuple):
         x: (..., 6, 3) poses (x, y [m], phi [rad] in (-pi, pi]) of the platform. NaN in unused
             slots.
         valid: (..., 6) whether a slot holds a mode. Rod lengths are accurate to 1e-12 of the
-        platform size.
+            platform size.
     """
 
     x: FloatArray

@@ -15,9 +15,9 @@ class Task:
         error: Function from poses and targets to errors (...), where an error is the larger of
             distance [m] and angle [rad].
         residual: Function from poses and targets to residuals (..., rows), in the order of the
-        Jacobian rows.
+            Jacobian rows.
         jacobian: Function from poses and mixed Jacobians (..., 6, n) to the Jacobian of the task
-        (..., rows, n).
+            (..., rows, n).
     """
 
     target: Callable[[np.ndarray], np.ndarray]
