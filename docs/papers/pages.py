@@ -90,7 +90,7 @@ LISTS: dict[str, tuple[Verdict, ...]] = {
 USUAL_NOTES: dict[Verdict, tuple[str, ...]] = {"consistency": (ECHO, TWICE), "lost": (MISSING,)}
 """Notes that the lists on a paper's page omit, because these notes only repeat the meaning of the
 verdict."""
-LINE_WIDTH = 100
+LINE_WIDTH = 84
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
@@ -362,7 +362,7 @@ def _phrase(note: str) -> str:
 def table(head: Sequence[str], rows: Any) -> list[str]:
     """Return a table in Markdown."""
     first, *others = [
-        "| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |"
+        "| " + " | ".join(re.sub(r"([|*])", r"\\\1", cell) for cell in line) + " |"
         for line in (head, *rows)
     ]
     return [first, f"|{'---|' * len(head)}", *others]

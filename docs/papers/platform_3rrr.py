@@ -77,7 +77,7 @@ def dimensions(printed: dict[str, Printed]) -> list[Row]:
             printed["L_text"],
             values["L"],
             "130",
-            "table 2.1 and the conclusion state 130 mm. Some rows below also use 170 mm",
+            "table 2.1 and the conclusion state 130 mm. Other rows also use 170 mm",
             cause=("the length S_A in the line above", values["S_A"]),
         ),
     ]

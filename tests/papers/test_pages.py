@@ -25,6 +25,11 @@ def test_pipe_in_a_cell_keeps_table_columns():
     assert head.count("|") == line.count("|") == row.replace("\\|", "").count("|")
 
 
+def test_asterisks_in_a_cell_stay_asterisks():
+    *_, row = pages.table(("equation", "value"), [("2*S_A*cos(theta)", "1")])
+    assert row == r"| 2\*S_A\*cos(theta) | 1 |"
+
+
 def test_captions_become_file_names(tmp_path):
     assert pages.slug("figure 3 a: r1 from zero") == "figure_3_a"
     made = pages.written(tmp_path / "motion", lambda path: path.write_bytes(b"GIF"))
