@@ -90,7 +90,7 @@ LISTS: dict[str, tuple[Verdict, ...]] = {
 USUAL_NOTES: dict[Verdict, tuple[str, ...]] = {"consistency": (ECHO, TWICE), "lost": (MISSING,)}
 """Notes that the lists on a paper's page omit, because these notes only repeat the meaning of the
 verdict."""
-LINE_WIDTH = 84
+LINE_WIDTH = 80
 TITLE = "Five papers, number by number"
 INTRODUCTION = f"""\
 # {TITLE}
