@@ -141,8 +141,8 @@ class VelocityMethods(ManipulabilityMethods):
             qd_previous: (..., n) joint rates of the previous time step [rad/s or m/s].
             dt: (...) time step [s]. If `dt` is given, no joint exceeds its position limits within
                 `dt`.
-            fixed: Names or indices of coordinates with the rate 0. A main-chain joint selects the
-                coordinate that moves this joint.
+            fixed: Names or indices of coordinates with the rate 0. The name of a main-chain joint
+                means the coordinate that moves it.
             damping_threshold: The dimensionless singular value below which a direction is damped.
             characteristic_length: The length [m] that scales radians to meters, by default
                 `robot.characteristic_length`.

@@ -109,8 +109,8 @@ class TrackMethods(ManipulabilityMethods):
             dt: Time between poses [s].
             rate_limits: () or (n,) maximum rates [rad/s or m/s], or None for no limits. A limit of
                 0 fixes the coordinate.
-            fixed: Names or indices of coordinates that keep their exact values at `q_start`. A
-                main-chain joint selects the coordinate that moves this joint. Singular values and
+            fixed: Names or indices of coordinates that keep their exact values at `q_start`. The
+                name of a main-chain joint means the coordinate that moves it. Singular values and
                 damping do not include the fixed coordinates.
             gain: The gain of the error correction [1/s], in (0, 1 / dt]; by default 0.5 / dt.
             characteristic_length: The length [m] that multiplies the angular errors and the angular

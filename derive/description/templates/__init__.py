@@ -10,7 +10,7 @@ _FOLDER = Path(__file__).parent
 def template(kind: str) -> str:
     """Return the text of a commented robot file to start from.
 
-    The text is a valid robot file that can be derived without changes.
+    The text is a valid robot file without changes.
 
     Args:
         kind: Name of the example robot: "arm" (a serial arm whose joints have origins and axes),
