@@ -143,7 +143,7 @@ def load(
         name: A new name for the robot. The default is the name in the description file.
         arguments: Values for the arguments of a xacro file, each as "name:=value".
         exact: If True, rounded numbers such as 1.5708 are used as written in the file. If False,
-            they are replaced by exact values such as pi/2.
+            exact values such as pi/2 replace rounded numbers.
         parametric: Whether the robot also has the functions for calibration, such as `fk_p`, whose
             inputs include the geometry of the robot. These functions are derived on first use.
 

@@ -114,12 +114,12 @@ class RobotFacts(GeneratedFunctions):
 
     @needs(when=_moves_its_joints)
     def chain(self, q: ArrayLike) -> FloatArray:
-        """Return the main-chain joint positions (..., n) [rad or m], here equal to q."""
+        """Return joint positions (..., n) [rad or m], equal to q without loops and couplings."""
         return self._reals("chain", "q", q, (self.n,)).copy()
 
     @needs(when=_moves_its_joints)
     def actuators(self, theta: ArrayLike) -> FloatArray:
-        """Return the actuated coordinates (..., n) [rad or m] of joint positions, here equal."""
+        """Return coordinates (..., n) [rad or m], equal to theta without loops and couplings."""
         return self._reals("actuators", "theta", theta, (self.n,)).copy()
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
@@ -185,7 +185,8 @@ class RobotFacts(GeneratedFunctions):
 
         Samples are uniform in each coordinate. If a coordinate lacks a limit, its range ends on
         that side pi rad or 1 m from its reference value. For a robot without loops, the reference
-        value is 0. Samples with open loops are replaced by samples closer to `q_reference`.
+        value is 0, or the existing limit if 0 violates this limit. Samples with open loops are
+        replaced by samples closer to `q_reference`.
 
         Args:
             size: The leading dimensions of the result, by default () for a single configuration.

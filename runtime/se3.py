@@ -10,8 +10,8 @@ of R from a rotation is the Frobenius norm
     |R^T R - 1| / 8^0.5
 
 To first order, the deviation is |R - U| / 2^0.5, where U is the rotation nearest to R. `project`
-replaces R by U. Inverse kinematics does this for poses with a deviation up to `NEARLY_RIGID`.
-The functions of this module except `project` do not check whether a matrix is a pose.
+replaces R by U. Inverse kinematics projects poses with a deviation up to `NEARLY_RIGID`. The
+functions of this module except `project` do not check whether a matrix is a pose.
 
 Sources:
     R. M. Murray, Z. Li, S. S. Sastry, A Mathematical Introduction to Robotic Manipulation, 1994,
@@ -129,7 +129,7 @@ def to_rotvec(T: ArrayLike) -> FloatArray:
 def to_quat(T: ArrayLike, *, order: Order) -> FloatArray:
     """Return the unit quaternions (..., 4) of poses (..., 4, 4), with w >= 0.
 
-    `order` is the order of the elements, "wxyz" or "xyzw". Another order is an `InputValueError`.
+    `order` is the order of the elements, "wxyz" or "xyzw". Another order raises `InputValueError`.
     """
     wanted = _order("se3.to_quat", order)
     omega = to_rotvec(T)

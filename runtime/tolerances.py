@@ -53,8 +53,8 @@ FAR = 50.0
 """Residual (length) above which a message suggests that a unit is wrong, such as mm instead of m.
 """
 JUMP = 0.5
-"""Maximum joint motion (length, radian) between poses of a path; otherwise the branch may change.
-"""
+"""Maximum joint motion (length, radian) between poses of a path. A larger motion may be a change of
+branch."""
 SELF_MOTION_STEP = 1e-9
 """Final sampling step [rad or m] of a search along the self-motion. The distance from a seed is not
 differentiable at its minimum, so the search result is only as accurate as this step."""
@@ -103,8 +103,7 @@ singular value of a rounded pose is about the square root of 1e-13."""
 INFINITE_CONDITION = RANK**2
 """Below this ratio of smallest to largest singular value, the condition number is infinite."""
 TRACK_GAIN = 0.5
-"""Default fraction of the error that a step of `track` corrects, where 1 is the linearized error.
-"""
+"""Default fraction of the linearized tool error that a step of `track` corrects."""
 
 # --- poses, twists and screws ---
 

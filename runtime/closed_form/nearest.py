@@ -136,7 +136,7 @@ class NearestMethods(RobotFacts):
                 `q_seed`. "limits" maximizes the smallest distance from a joint limit, relative to
                 the joint range. "manipulability" maximizes the measure of `robot.manipulability`.
                 For each parameter value, only the solution nearest to `q_seed` is considered.
-            out: A tuple of arrays for q, residual, margin and valid; None for a new array.
+            out: A tuple of arrays for q, residual, margin and valid; None for new arrays.
             threads: The number of threads for a large batch, or "all" for one thread per core.
 
         Returns:

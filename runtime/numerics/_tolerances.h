@@ -124,7 +124,8 @@
 #define TRACK_RAISE_DAMPING 2
 #define TRACK_LOWER_DAMPING 1.05
 
-/* Minimum predicted reduction relative to the squared error; smaller ones are rounding errors. */
+/* Minimum predicted reduction relative to the squared error; smaller reductions are rounding
+ * errors. */
 #define TRACK_NO_DECREASE 1e-12
 
 /* Rows count as orthogonal if their scalar product, divided by the longer row's squared norm, is at

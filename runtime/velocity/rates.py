@@ -70,7 +70,8 @@ class Accelerations:
 
     Attributes:
         qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
-        acceleration: (..., 6) resulting time derivative of the twist, as represented.
+        acceleration: (..., 6) resulting time derivative of the twist, in the requested
+            representation.
         scale: (...,) s in [0, 1]; the limits permit only the fraction s of J qdd.
         limited: (..., n) whether the acceleration limit of the joint is active.
         min_singular_value: (...,) the smallest singular value, as in `Rates`.

@@ -113,7 +113,7 @@ def compared(
 def _stays(
     platform: DrawnPlatform, q: np.ndarray, pose: np.ndarray, rng: np.random.Generator
 ) -> bool:
-    """Test whether Newton's method finds an assembly mode from random passive joint values."""
+    """Test whether Newton's method, started at the pose of an assembly mode, finds it again."""
     found = newton(platform, q, np.repeat(pose[None], AGAIN, 0), rng)
     return bool((_apart(pose[None], found) < SAME).any())
 

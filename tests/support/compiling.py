@@ -117,8 +117,9 @@ def own_robots_compiled_quickly() -> Iterator[None]:
 def deriving_only(*functions: str) -> Iterator[None]:
     """Context in which `chasles.load` derives only the named functions, without a new process.
 
-    Robots loaded with `parametric=True` get only the functions in `IDENTIFICATION`. Robots without
-    `parametric=True` get the functions in `functions`, or all functions if `functions` is empty.
+    Robots loaded with `parametric=True` get only the functions in `IDENTIFICATION`. Robots derived
+    without `parametric=True` get the functions in `functions`, or all functions if `functions` is
+    empty.
     """
     load = chasles.load
     home = tempfile.TemporaryDirectory()

@@ -24,7 +24,8 @@ static void lock_joints(RateProblem *p)
     p->rank = p->rank < free ? p->rank : free;
 }
 
-/* Reads and scales the inputs. Returns 0 if an input is not finite; bounds may be infinite. */
+/* Reads and scales the inputs. Returns 0 if an input is not finite; bounds may be infinite, but not
+ * NaN. */
 static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 {
     int n = p->n;
@@ -53,7 +54,7 @@ static int read_problem(RateProblem *p, char **args, const npy_intp *core)
 }
 
 /* Writes the smallest singular value, the squared damping lambda^2, and the twist. The largest
- * entry of the twist is positive. */
+ * entry of the dimensionless twist is positive. */
 static void write_smallest(const RateProblem *p, char **args, const npy_intp *core)
 {
     const double *u = p->svd.u[p->rank - 1];

@@ -33,7 +33,7 @@ class Sketch:
     """A mechanism under construction, to which methods add bodies and joints.
 
     Attributes:
-        draw: NumPy random generator from which the mechanism is drawn.
+        draw: Python random generator from which the mechanism is drawn.
         tools: Bodies that may carry the tool.
     """
 

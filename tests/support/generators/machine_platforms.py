@@ -1,7 +1,7 @@
 """Random platforms of packaging robots and machine tools.
 
-A Par4 has four arms with pairs of rods. Five legs carry the spindle of a pentapod, and the fifth
-leg keeps the platform from rotating. A Tricept carries a wrist.
+A Par4 has four arms with pairs of rods. Five legs carry the spindle of a pentapod, and one of these
+legs keeps the platform from rotating. A Tricept carries a wrist.
 """
 
 import numpy as np

@@ -79,7 +79,7 @@ class DrawnLeg:
 
     @property
     def passive(self) -> int:
-        """Index of the passive joint of the leg that does not close the loop."""
+        """Index of the leg's passive joint that does not close the loop."""
         return JOINTS - self.actuated - self.closed
 
     @property
