@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from chasles.contract import requires
 
 _COLORS = "cividis"
-"""Color map that remains distinguishable in print and for color-blind readers."""
+"""Color map whose colors are distinguishable in print and for color-blind readers."""
 _EMPTY = "#ffffff00"
 _COLOR_BLIND = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#000000")
 """Colors that color-blind readers (Okabe and Ito, 2008) can distinguish, also in print."""

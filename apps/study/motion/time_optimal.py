@@ -204,7 +204,7 @@ def _stretch(
 ) -> tuple[float, FloatArray]:
     """Return the time factor (at least 1) and additional grid nodes.
 
-    A motion that is slowed down by the time factor satisfies the limits.
+    If `motion` is slowed down by the time factor, it satisfies the limits.
 
     Close to a singularity, peaks may be narrower than the sample spacing. An interval is sampled
     again if its estimated maximum time factor exceeds the maximum found so far. The estimated

@@ -147,9 +147,10 @@ def time_scaling(
         jerk: The maximum jerk [u/s^3], which only the profiles "quintic" and "s_curve" use.
 
     Raises:
-        InputValueError: `duration` is None, and a limit that the profile needs is infinite.
-            `duration` is too short for the limits, or `profile` is unknown. `length` is negative,
-            or `duration` or a limit is not above 0. `length` is 0, and `duration` is None.
+        InputValueError: `duration` is None, and a limit that "trapezoidal" or "s_curve" needs is
+            infinite, or no limit of another profile is finite. `duration` is too short for the
+            limits, or `profile` is unknown. `length` is negative, or `duration` or a limit is not
+            above 0. `length` is 0, and `duration` is None.
     """
     if profile not in get_args(Profile):
         raise InputValueError(

@@ -166,8 +166,8 @@ def concatenate(trajectories: Sequence[Trajectory]) -> Trajectory:
     """Concatenate trajectories of one robot.
 
     Args:
-        trajectories: The trajectories in order. Each trajectory starts at the end time of the
-            previous one.
+        trajectories: The trajectories in order. Times are shifted, so that each trajectory starts
+            at the end time of the previous one, and the first at 0.
 
     Returns:
         The trajectory. `stage` (m,) is the index of the trajectory from which each sample comes.

@@ -107,7 +107,7 @@ class ExactWorkspace(StudyResult):
 
     @property
     def bounds(self) -> FloatArray:
-        """(2, 3) smallest and largest x, y and z in the base frame [m], without sampling error."""
+        """(2, 3) smallest and largest x, y and z in the base frame [m], exact up to rounding."""
         (u_0, v_0), (u_1, v_1) = self.section.bounds
         if self.turn is None:
             normal = np.cross(*self.axes)

@@ -138,7 +138,7 @@ def dexterous_workspace(robot: Robot) -> PlanarRegion:
     Returns:
         A `PlanarRegion` of positions (x, y) in the base frame [m]. `area` [m^2] is exact up to
         rounding errors. `contains(points)` tests whether points (m, 2) [m] are in the region.
-        `arcs` lists the circular arcs of the border. `area` is 0 if no such position exists.
+        `arcs` lists the circular arcs of the border. If the region is empty, `area` is 0.
 
     Raises:
         InputTypeError: `robot` is not a `Robot`.
@@ -199,7 +199,7 @@ class OrientationGrid(StudyResult):
 
     @property
     def inclusive(self) -> float:
-        """Area that the tool reaches with at least one angle [m^2], accurate to one border cell."""
+        """Area in which the tool reaches some angle [m^2], accurate to one cell at the border."""
         return float(self.possible.any(-1).sum() * self.grid.side**2)
 
     def plot(self, ax: Any = None) -> Any:

@@ -74,8 +74,8 @@ def singularity_curves(
 
     Args:
         robot: A planar platform, that is, a robot with `ik_planar`. If `x` or `y` is None, the
-            platform must have three legs. Each leg is then a chain of two links, or a cylinder with
-            stroke limits.
+            platform must have three legs. Each of these legs must be a chain of two links, or a
+            cylinder with stroke limits.
         phi: The angle of the tool about the z axis of the base frame [rad].
         x: (2,) ascending bounds of x in the base frame [m]. If `x` is None, the bounds are the
             extent of the region that all legs reach, plus a margin.

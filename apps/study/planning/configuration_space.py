@@ -3,10 +3,10 @@
 Segments between configurations are checked continuously, not at samples. A segment is free of
 contact if the clearance at its middle exceeds the largest displacement of any point of the robot
 along the segment. A segment that is not proven free is halved, and each half is checked. A segment
-shorter than the resolution counts as blocked if it is not proven free. `loop_bounds.py` bounds the
-motion of the passive joints of loops. `hulls.py` bounds the body motion caused by joints. A segment
-near a dead point or a parallel singularity counts as blocked, so no free segment connects different
-assembly modes.
+whose half length is below the resolution counts as blocked if it is not proven free.
+`loop_bounds.py` bounds the motion of the passive joints of loops. `hulls.py` bounds the body motion
+caused by joints. A segment near a dead point or a parallel singularity counts as blocked, so no
+free segment connects different assembly modes.
 
 Source:
     F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -99,7 +99,7 @@ class ConfigurationSpace:
         return np.asarray(found)
 
     def is_free_segment(self, a: FloatArray, b: FloatArray) -> bool:
-        """Return whether no configuration on the segment from a (n,) to b (n,) has a contact."""
+        """Return whether the segment from a (n,) to b (n,) is proven free of contact."""
         least = _RESOLUTION * float(np.max(self.upper - self.lower))
         segments = [(a, b)]
         while segments:

@@ -136,7 +136,7 @@ class Hulls:
 
         Returns:
             (bodies, hulls) maximum displacement [m] of each hull from its position at the center of
-            the box. Row k ignores the motion of all joints up to the joint of body k.
+            the box. Row k ignores the motion of all joints up to and including the joint of body k.
         """
         T = self.skeleton.poses_from_configuration(z)
         points, joints = self._corners(T), self._joints
