@@ -92,11 +92,12 @@ def identify(
             `measurements` have different numbers of configurations.
         InputValueError: `q`, `T_W_base` or `weights` contains a number that is not finite, or a
             weight is not above 0. `vary` names an unknown parameter or group. `parameter_std` has
-            an unknown key or a negative value. There are fewer measured values than values to
-            identify, or too few measurements are consistent with one geometry. Units are wrong,
-            joint signs are inverted, or table columns are swapped; the message names the mistake.
-            In `CirclePoints`, a circle has no target that is visible in four configurations. Along
-            a circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
+            an unknown key or a negative value. The number of measured values does not exceed the
+            number of values to identify, or too few measurements are consistent with one geometry.
+            Units are wrong, joint signs are inverted, or table columns are swapped; the message
+            names the mistake. In `CirclePoints`, a circle has no target that is visible in four
+            configurations. Along a circle, the rotation of the tool is less than 0.2 rad, or is not
+            about a single axis.
     """
     check_type("identify: robot", robot, Robot)
     start = located(robot, q, measurements, T_W_base)

@@ -127,10 +127,11 @@ def select_model(
             configurations.
         InputValueError: `models` is empty. `q` contains a number that is not finite. A model names
             an unknown parameter or group, or its `parameter_std` has an unknown key or a negative
-            value. There are fewer measured values than values to identify. Units are wrong, joint
-            signs are inverted, or table columns are swapped; the message names the mistake. In
-            `CirclePoints`, a circle has no target that is visible in four configurations. Along a
-            circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
+            value. The number of measured values does not exceed the number of values to identify.
+            Units are wrong, joint signs are inverted, or table columns are swapped; the message
+            names the mistake. In `CirclePoints`, a circle has no target that is visible in four
+            configurations. Along a circle, the rotation of the tool is less than 0.2 rad, or is not
+            about a single axis.
     """
     check_type("select_model: robot", robot, Robot)
     if not models:
@@ -197,12 +198,12 @@ def cross_validate(
         ShapeError: `q` is not (N, n), or `q` and `measurements` have different numbers of
             configurations.
         InputValueError: `q` contains a number that is not finite. `vary` names an unknown parameter
-            or group, or `parameter_std` has an unknown key or a negative value. There are fewer
-            measured values than values to identify. Units are wrong, joint signs are inverted, or
-            table columns are swapped; the message names the mistake. In `CirclePoints`, a circle
-            has no target that is visible in four configurations. Along a circle, the rotation of
-            the tool is less than 0.2 rad, or is not about a single axis. `folds` is not an integer
-            of at least 2.
+            or group, or `parameter_std` has an unknown key or a negative value. The number of
+            measured values does not exceed the number of values to identify. Units are wrong, joint
+            signs are inverted, or table columns are swapped; the message names the mistake. In
+            `CirclePoints`, a circle has no target that is visible in four configurations. Along a
+            circle, the rotation of the tool is less than 0.2 rad, or is not about a single axis.
+            `folds` is not an integer of at least 2.
     """
     check_type("cross_validate: robot", robot, Robot)
     folds = integer_at_least("cross_validate: folds", folds, 2)

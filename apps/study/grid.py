@@ -152,9 +152,8 @@ def indices(grid: Grid, points: FloatArray) -> IntArray:
         points: (m, 3) positions [m].
 
     Returns:
-        (m,) cell indices in C order, less than `grid.count`. Points outside the grid have the index
-        of the nearest cell. A point that contains NaN has the index `grid.count`, which belongs to
-        no cell.
+        (m,) cell indices in C order. Points outside the grid have the index of the nearest cell. A
+        point that contains NaN has the index `grid.count`, which belongs to no cell.
     """
     nx, ny, nz = grid.shape
     place = points - grid.lower

@@ -182,9 +182,9 @@ def workspace(
         sampling: "sobol" for low-discrepancy points, "uniform" for independent random points, or
             "grid" for the nodes of a grid that includes the limits.
         resolution: Number of grid cells along the longest side of the workspace, at least 2.
-        quality: Measures to compute for each cell: "manipulability", "limit_margin" (the distance
-            from limits) or "directions" (of the tool's z axis). The attributes of `Workspace` with
-            these names contain the results.
+        quality: Measures to compute for each cell: any of "manipulability", "limit_margin" (the
+            distance from limits) and "directions" (of the tool's z axis). The attributes of
+            `Workspace` with these names contain the results.
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
             numbers. The same seed gives identical results for any number of threads and workers.
         threads: Number of threads in this process or in each worker, or "all" for one thread per
@@ -205,10 +205,11 @@ def workspace(
         InputTypeError: `robot` is not a `Robot`, `samples` or `resolution` is not a real number, or
             `rng` has an unsupported type.
         ShapeError: `samples` or `resolution` is an array with one or more dimensions.
-        InputValueError: A prismatic coordinate of the robot has no limits, or the loops close at no
-            sampled configuration. The tool origin does not move. `sampling`, `quality` or `threads`
-            has an unsupported value. `samples`, `resolution` or `rng` is too small or has a
-            fractional part. A grid with this `resolution` would have more than 1e9 cells.
+        InputValueError: A prismatic coordinate of the robot has no limits, or the loops close at
+            none of the first 2^16 sampled configurations. The tool origin does not move.
+            `sampling`, `quality` or `threads` has an unsupported value. `samples`, `resolution` or
+            `rng` is too small or has a fractional part. A grid with this `resolution` would have
+            more than 1e9 cells.
         NotInstalledError: SciPy is not installed. `pip install 'chasles[study]'` installs SciPy.
     """
     check_type("workspace: robot", robot, Robot)

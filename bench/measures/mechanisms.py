@@ -159,7 +159,7 @@ def require_same_five_bar(robot: chasles.Robot) -> None:
 
 
 def times(plan: Plan) -> list[Limit]:
-    """Return times of loop functions and their IK functions, in C and from Python."""
+    """Return times of loop functions such as `chain` and `actuators`, in C and from Python."""
     found = []
     for name, function in TIMED:
         robot = chasles.load(name)

@@ -47,8 +47,8 @@ CASES = {
 }
 """Joint values of each configuration: waist, slider, crank, yaw, push rod and roll [rad or m]."""
 BOX = np.array([[1.2, -0.715, 0.93], [1.55, 0.715, 1.55]])
-"""Lower and upper corners of the box that the tool must reach [m]. The paper does not state their x
-coordinates."""
+"""Lower and upper corners of the box that the tool must reach [m]. The paper does not state the x
+coordinates of the box."""
 LABOUR = np.array([1.0, 1.5])
 """Lowest and highest installation heights at which the robot saves labor, according to the paper
 [m]."""

@@ -52,7 +52,7 @@ class Motion:
     Attributes:
         robot: The robot.
         curve: A curve of tool poses (such as from `line`), of task coordinates (from `task_line` or
-            `task_curve`), or of joint positions (from `joint_line`).
+            `task_curve`), or of coordinates or joint positions (from `joint_line`).
         time_scaling: The length travelled along the curve as a function of time, from
             `time_scaling`.
         q_seed: (n,) actuated coordinates near the start [rad or m]. The coordinates `q_seed` select

@@ -26,8 +26,8 @@ class TaskLine:
         start: (k,) task coordinates at the start [m, rad], as in `task_line`.
         end: (k,) task coordinates at the end [m, rad].
         task: "position", "position_pitch" or "planar".
-        length: Distance between start and end positions [m]. If this distance is 0, the change of
-            the angle [rad].
+        length: Distance between start and end positions [m]. If this distance is 0, `length` is the
+            absolute change of the angle [rad].
     """
 
     start: FloatArray
@@ -48,7 +48,7 @@ def task_line(task: Task, start: ArrayLike, end: ArrayLike) -> TaskLine:
     Args:
         task: "position" for x, y, z of the tool origin [m]. "position_pitch" for x, y, z [m] and
             the elevation of the tool's z axis above the x-y plane [rad]. "planar" for x, y [m] and
-            the tool angle in the x-y plane [rad]. All are in the base frame.
+            the tool angle in the x-y plane [rad]. All task coordinates refer to the base frame.
         start: (k,) task coordinates at the start [m, rad].
         end: (k,) task coordinates at the end [m, rad].
 

@@ -137,7 +137,7 @@ def carried_platform(h: SolvedLoops) -> CarriedPlatform | str:
 
 
 def keeps_planes(h: SolvedLoops) -> bool:
-    """Whether a chain has other joints and a platform whose legs keep ball joints in planes."""
+    """Whether the main chain has joints and a platform whose legs keep ball joints in planes."""
     parts = _parts(h)
     return not isinstance(parts, str) and not isinstance(_planes(h, parts, _robot(h, parts)), str)
 

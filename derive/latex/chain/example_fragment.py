@@ -44,7 +44,8 @@ of one."""
 SOLVED = 1e-9
 """Largest residual (meter, radian) of a valid inverse kinematics solution."""
 SLACK = 1e-9
-"""Distance (radian or meter) by which a coordinate value may exceed a limit and count as inside."""
+"""Distance (radian or meter) by which a coordinate value may exceed a limit and still count as
+inside the limits."""
 
 
 def worked_example(page: Page) -> str:

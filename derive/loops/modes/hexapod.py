@@ -54,7 +54,7 @@ class DoubleJoints(NamedTuple):
     Attributes:
         side: 1 if the rods of each pair share an end on the platform, 2 if they share an end on the
             actuated side, 0 if no rods share an end.
-        rods: Rod indices, ordered in pairs of rods that share an end.
+        rods: Rod indices, ordered in pairs of rods that share an end, or zeros if ``side`` is 0.
     """
 
     side: int

@@ -95,7 +95,8 @@ class Elimination:
         k: The right-hand sides of the two linear equations in w, as functions of the lengths.
         w: Symbols of the components of w, the vector of the first rod.
         position: Coordinates x and y of the platform as functions of the vector w.
-        scale: Squared length. The polynomial in the platform angle is divided by its cube.
+        scale: Squared length. The polynomial in the platform angle is divided by the cube of
+            ``scale``.
         linear: The left-hand sides of the two linear equations in w.
         solution: The vector w that solves the two linear equations.
         polynomial: Both sides of the polynomial equation for the platform angle phi.
