@@ -87,7 +87,7 @@ def is_expression(text: str) -> bool:
 
 
 def survives(row: Row, digit: Digit) -> bool:
-    """Test whether the verdict of a table row does not detect a changed digit.
+    """Test whether the verdict of a table row fails to detect a changed digit.
 
     The test increases and decreases the printed value. If the change is just over the tolerance, at
     least one of the two changed values must alter the verdict. If the change is just over twice the

@@ -321,7 +321,7 @@ def singularities(printed: dict[str, Printed]) -> list[Row]:
 
 @cache
 def third_kind() -> Any:
-    """Return a pose (x, y, phi) on the workspace boundary at 0 deg, at which J_x is singular."""
+    """Return a pose (x, y, phi) on the workspace boundary at 0 deg, where J_x is also singular."""
     for arc in region(0).arcs:
         along = np.linspace(0, 1, 181)
         sign = np.sign([determinant(on(arc, u)) for u in along])

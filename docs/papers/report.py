@@ -78,7 +78,7 @@ ECHO = "the value is an input, copied from the paper"
 MISSING = "our copy lacks the figure"
 """Note for a value in a figure that our copy of the paper lacks."""
 TWICE = "both values come from the same model, computed twice"
-"""Note for an item that the paper does not print, computed by chasles and independently."""
+"""Note for a value that the paper does not print, computed by chasles and by independent code."""
 
 ROUNDING = 1e-9
 """Largest relative rounding error that an evaluated equation may have."""
@@ -87,7 +87,8 @@ EDGE = 1e-12
 have no exact floating-point value."""
 _MAX_DECIMALS = 12
 _MAX_SHOWN = 6
-"""Maximum number of equation values that a table row shows; otherwise it shows their number."""
+"""Maximum number of equation values that a table row shows. A row with more values shows only their
+number."""
 
 
 class Refuted(AssertionError):

@@ -93,7 +93,7 @@ def spread_maps(points: int, step: float) -> list[Any]:
 
 
 def spread_rate(points: int, step: float) -> float:
-    """Return the success rate if the paper's step is the minimum distance of roadmap points."""
+    """Return the success rate if the step is the minimum distance between roadmap points."""
     plans = [own.plan(START, GOAL, algorithm="dijkstra") for own in spread_maps(points, step)]
     return sum(plan.found for plan in plans) / SPREAD_RUNS
 

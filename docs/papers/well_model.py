@@ -120,7 +120,7 @@ def quality() -> ModelReport:
 
 
 def convention(name: str, joint: int = 0) -> ConventionQuality:
-    """Return the quality of a kinematic convention for a pair of joint axes, counted from 0."""
+    """Return the quality of a convention for consecutive joint axes; the first pair has index 0."""
     (found,) = [c for c in quality().joints[joint].conventions if c.convention == name]
     return found
 

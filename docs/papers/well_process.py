@@ -129,8 +129,9 @@ def integrated(norm: Callable[[FloatArray], FloatArray]) -> Process:
     """Return the process with joint rates of minimum norm in its last stage.
 
     Args:
-        norm: Function that computes the (4, 4) weight matrix of the arm rates from the (7, 7)
-            derivatives of coordinates by main-chain joints.
+        norm: Function that computes the (4, 4) weight matrix of the arm rates. Its argument
+            contains the (7, 7) derivatives of the coordinates with respect to the main-chain
+            joints.
     """
     found = process()
     first = found.at(39)
