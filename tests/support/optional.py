@@ -14,8 +14,8 @@ class OptionalPackage:
     def __getattr__(self, attribute: str):
         """Return a public attribute of the package.
 
-        During collection, pytest reads private attributes of all objects in a test file, which must
-        not import the package.
+        During collection, pytest reads private attributes of all objects in a test file. These
+        reads must not import the package.
         """
         if attribute.startswith("_"):
             raise AttributeError(f"{self._name}: only public attributes can be used")

@@ -66,8 +66,8 @@ def poses_by_matrices(robot, q):
 def extended_fk(robot: SerialRobot, q: np.ndarray) -> np.ndarray:
     """Return tool poses (m, 4, 4) at q (m, n) in extended precision (np.longdouble).
 
-    All moving joints must be revolute. The constant transforms of the robot are multiplied with 30
-    digits.
+    All moving joints must be revolute. Each constant transform of the robot is computed with 30
+    digits, and then rounded to np.longdouble.
     """
     values = {parameter.symbol: parameter.value for parameter in robot.parameters}
     angles = iter(np.asarray(q, np.longdouble).T)

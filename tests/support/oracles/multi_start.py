@@ -185,8 +185,7 @@ class Multistart:
             names: Names of the joints and cylinders with known values.
 
         Returns:
-            All assembly modes for each row of `known`, as values of every joint and cylinder, keyed
-                by name.
+            For each row of `known`, all assembly modes as joint and cylinder values keyed by name.
         """
         count = len(known)
         given = {name: known[:, k] for k, name in enumerate(names)}
