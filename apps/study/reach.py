@@ -213,7 +213,7 @@ def base_placement(
 
     Returns:
         (m,) fractions of the required poses that `ik` reaches within the coordinate limits, from 0
-        to 1.
+        to 1. An unreachable pose raises no error.
 
     Raises:
         MissingFunctionError: The robot has no `ik`. The message lists the robot's other inverse

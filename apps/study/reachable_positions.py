@@ -1,13 +1,13 @@
 """Reachable tool positions at a constant tool orientation.
 
 A grid cell is reachable if the inverse kinematics has a solution at its center within the joint
-limits, on any branch. A cell is subdivided down to the required resolution if only one of the cell
-and an adjacent cell is reachable. The number of tested cells therefore grows with the surface of
-the reachable region, not with its volume. The border of the reachable region lies between reachable
-and unreachable cell centers. The stated volume of the region counts each border cell as half a
-cell. The stated error is half of the total volume of the border cells. The stated error is an upper
-bound if the border never passes between two adjacent centers that are both reachable or both
-unreachable. The actual error of the volume is usually much smaller and decreases with the cell
+limits, on any branch. A cell is subdivided down to the required resolution if its reachability
+differs from that of an adjacent cell. The number of tested cells therefore grows with the surface
+of the reachable region, not with its volume. The border of the reachable region lies between
+reachable and unreachable cell centers. The stated volume of the region counts each border cell as
+half a cell. The stated error is half of the total volume of the border cells. The stated error is
+an upper bound if the border never passes between two adjacent centers that are both reachable or
+both unreachable. The actual error of the volume is usually much smaller and decreases with the cell
 size.
 """
 

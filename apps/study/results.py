@@ -56,7 +56,7 @@ def ranges(extents: Any) -> str:
 class StudyResult:
     """Base class of frozen dataclasses that can be saved to files and loaded from files.
 
-    The class attribute `_parts` lists the types of all fields that are dataclasses or named tuples.
+    The class attribute `_parts` lists the dataclasses and named tuples that the fields contain.
     """
 
     _parts: ClassVar[tuple[type, ...]] = ()
@@ -98,7 +98,7 @@ class StudyResult:
             made = _unpacked(json.loads(str(arrays["facts"])), types, arrays)
         except (KeyError, RecursionError, SystemError, TypeError, ValueError) as error:
             # A damaged string array can contain numbers that are not character codes. The
-            # conversion of such an array to str raises SystemError.
+            # conversion of an array with invalid character codes to str raises SystemError.
             raise InputValueError(wrong) from error
         if not isinstance(made, cls) or not _fits(made, cls):
             raise InputValueError(wrong)

@@ -70,7 +70,7 @@ def tallied(
     """Process all pieces of a sample set, and return their merged statistics.
 
     Args:
-        work: Object that processes a piece of the sample set.
+        work: Object that processes the pieces of the sample set, one per call.
         pieces: Number of pieces of the sample set.
         threads: Number of threads of this process or of each worker, or "all" for one thread per
             core.

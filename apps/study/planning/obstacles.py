@@ -72,7 +72,8 @@ def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
     """Return a box, an obstacle for `configuration_space`.
 
     Args:
-        T_0_box: (4, 4) pose of the box in the base frame. Its origin is the center of the box [m].
+        T_0_box: (4, 4) pose of the box in the base frame. The position [m] is the center of the
+            box.
         size: (3,) side lengths along the x, y and z axes of the box [m].
         name: Name of the obstacle in messages.
 

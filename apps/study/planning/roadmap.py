@@ -178,7 +178,7 @@ def prm(
     Args:
         space: The space, such as a `ConfigurationSpace` or an `OccupancyMap`.
         samples: Number of free points to sample.
-        neighbors: Number of nearest points to which each point is connected.
+        neighbors: Maximum number of nearest points to which each point is connected.
         max_step: Maximum Euclidean length of an edge in the coordinates.
         dispersion: Minimum Euclidean distance between two points in the coordinates. If too few
             points with this distance are found, the roadmap has fewer points than `samples`.

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 
 
 def shortcut(space: Space, plan: Plan, *, attempts: int = 200, rng: Rng = 0) -> Plan:
-    """Shorten the path of a plan by free straight segments between points of the path.
+    """Return a plan with its path shortened by free straight segments between points of the path.
 
     Args:
         space: The space in which the path was planned.

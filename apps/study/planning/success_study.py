@@ -110,7 +110,7 @@ def success_study(
         max_steps: Values of the argument `max_step` of `prm` to compare.
         runs: Number of roadmaps, with different random numbers, for each pair of `samples` and
             `max_steps`.
-        neighbors: Number of nearest points to which each point is connected.
+        neighbors: Maximum number of nearest points to which each point is connected.
         rng: A seed (an int of at least 0), a `numpy.random.Generator`, or None for fresh random
             numbers.
 
