@@ -94,6 +94,16 @@ def poses(name: str, T: ArrayLike) -> FloatArray:
     return project(finite(name, array), caller=caller, name=argument or "T")
 
 
+def pose(name: str, T: ArrayLike) -> FloatArray:
+    """Return a rigid pose (4, 4). A nearly rigid pose is projected to the nearest rigid pose.
+
+    Raises:
+        ShapeError: `T` is not (4, 4).
+        InputValueError: `T` contains a number that is not finite, or is not rigid.
+    """
+    return poses(name, finite(name, T, (4, 4)))
+
+
 def integer_at_least(name: str, value: Any, least: int) -> int:
     """Return an integer argument, which may be passed as an int or as a float such as 1e9.
 

@@ -19,7 +19,7 @@ from chasles import InputValueError, ShapeError, so3
 from chasles.contract import requires
 from chasles.summaries import short_repr
 
-from ..arguments import finite, real
+from ..arguments import finite, pose, real
 from ..arguments import poses as rigid
 from ..tolerances import IN_PLACE, STRAIGHT
 
@@ -174,7 +174,7 @@ def line(T_start: ArrayLike, T_end: ArrayLike) -> Line:
         InputValueError: A pose is not a rigid transformation or not finite, or both poses are
             equal.
     """
-    a, b = _pose("line: T_start", T_start), _pose("line: T_end", T_end)
+    a, b = pose("line: T_start", T_start), pose("line: T_end", T_end)
     step, turn = displacement(a[:3, 3], b[:3, 3]), so3.log(a[:3, :3].T @ b[:3, :3])
     length = float(np.linalg.norm(step)) or float(np.linalg.norm(turn))
     require_long("line", length)
@@ -195,7 +195,7 @@ def arc(T_start: ArrayLike, via: ArrayLike, T_end: ArrayLike) -> Arc:
             finite, or a pose is not a rigid transformation.
         ShapeError: `T_start` or `T_end` is not (4, 4), or `via` is not (3,).
     """
-    a, b = _pose("arc: T_start", T_start), _pose("arc: T_end", T_end)
+    a, b = pose("arc: T_start", T_start), pose("arc: T_end", T_end)
     p, m, e = a[:3, 3], finite("arc: via", via, (3,)), b[:3, 3]
     if not displacement(p, e).any():
         raise InputValueError("arc: start and end are equal; combine two arcs for a circle")
@@ -233,13 +233,6 @@ def poses_at(R: FloatArray, p: FloatArray) -> FloatArray:
     T = np.zeros((len(p), 4, 4))
     T[:, :3, :3], T[:, :3, 3], T[:, 3, 3] = R, p, 1
     return T
-
-
-def _pose(name: str, T: ArrayLike) -> FloatArray:
-    pose = real(name, T)
-    if pose.shape != (4, 4):
-        raise ShapeError(f"{name}: expected a pose (4, 4), got shape {pose.shape}")
-    return rigid(name, pose)
 
 
 def displacement(a: FloatArray, b: FloatArray) -> FloatArray:

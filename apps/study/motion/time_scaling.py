@@ -173,6 +173,13 @@ def time_scaling(
         return TimeScaling(np.array([0, duration]), np.zeros((1, 1)), 0.0)
     if profile in _PEAKS:
         return _single(profile, length, duration, limits)
+    return _in_phases(profile, length, duration, limits)
+
+
+def _in_phases(
+    profile: Profile, length: float, duration: float | None, limits: dict[str, float]
+) -> TimeScaling:
+    """Return a trapezoidal or S-curve profile within the limits."""
     needed = ("speed", "acceleration", *(("jerk",) if profile == "s_curve" else ()))
     if all(math.isfinite(limits[name]) for name in needed):
         return _in_time(_MAKERS[profile](length, limits), duration)

@@ -18,7 +18,7 @@ from chasles import InputValueError
 from chasles.contract import as_path, open_input, requires
 from chasles.summaries import summary_repr
 
-from ..arguments import above_0, finite, poses
+from ..arguments import above_0, finite, pose
 
 FloatArray = NDArray[np.float64]
 
@@ -86,9 +86,7 @@ def box(T_0_box: ArrayLike, size: ArrayLike, name: str = "box") -> Obstacle:
         import coal  # noqa: PLC0415
 
     lengths = [above_0("box: size", side) for side in finite("box: size", size, (3,))]
-    return Obstacle(
-        coal.Box(*lengths), poses("box: T_0_box", finite("box: T_0_box", T_0_box, (4, 4))), name
-    )
+    return Obstacle(coal.Box(*lengths), pose("box: T_0_box", T_0_box), name)
 
 
 def capsule(start: ArrayLike, end: ArrayLike, radius: float, name: str = "capsule") -> Obstacle:
@@ -140,10 +138,7 @@ def mesh(
         raise InputValueError(f"mesh: path: {name_of_file}: {error.strerror}") from None
     except ValueError as error:
         raise InputValueError(f"mesh: path: {name_of_file}: expected a triangle mesh") from error
-    T = poses(
-        "mesh: T_0_mesh",
-        finite("mesh: T_0_mesh", np.eye(4) if T_0_mesh is None else T_0_mesh, (4, 4)),
-    )
+    T = np.eye(4) if T_0_mesh is None else pose("mesh: T_0_mesh", T_0_mesh)
     return Obstacle(shape, T, name or Path(path).name)
 
 
