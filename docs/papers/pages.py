@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import mutations
-from printed_items import Text, texts, unit_word
+from printed_items import texts, unit_word
 from report import ECHO, MISSING, TWICE, Row, Verdict, capitalized
 
 HERE = Path(__file__).resolve().parent
@@ -289,18 +289,25 @@ def _paper_value(row: Row) -> str:
         return "Our copy of the paper lacks the value" if is_lost else "The paper prints no value"
     if printed.startswith("["):
         return f"An independent model gives {printed}"
-    value = row.source.value if row.source else None
-    if value is not None:
-        printed = printed.replace(f"{texts(value)} = ", f"{texts(value)}, which gives ", 1)
-    if _is_quoted(value):
-        printed = printed.replace(str(value), f"“{value}”", 1)
+    if row.source and row.source.value is not None:
+        equation = texts(row.source.value)
+        printed = printed.replace(f"{equation} = ", f"{equation}, which gives ", 1)
+    printed = _quoted(row, printed)
     verb = "says" if printed.endswith("”") else "prints"
     return f"The paper {verb} {printed}"
 
 
-def _is_quoted(value: Text | None) -> bool:
-    """Test whether a printed value is a statement in words."""
-    return isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value))
+def _quoted(row: Row, printed: str) -> str:
+    """Put the words of the paper in quotation marks."""
+    statement = _words_of(row)
+    return printed.replace(statement, f"“{statement}”", 1) if statement else printed
+
+
+def _words_of(row: Row) -> str:
+    """Return the statement in words that the paper prints, or "" if it prints no words."""
+    value = row.source.value if row.source else None
+    is_words = isinstance(value, str) and (value.isalpha() or not mutations.is_expression(value))
+    return str(value) if is_words else ""
 
 
 def _our_value(row: Row) -> str:
@@ -308,8 +315,7 @@ def _our_value(row: Row) -> str:
     _, ours = _values(row)
     if row.verdict == "assumed":
         return f"our value is {ours}"
-    value = row.source.value if row.source else None
-    is_found = _is_quoted(value) and value == row.printed
+    is_found = bool(row.printed) and _words_of(row) == row.printed
     return f"chasles {'finds' if is_found else 'computes'} {ours}"
 
 
@@ -324,9 +330,7 @@ def _item(row: Row) -> str:
 def _entry(row: Row) -> list[str]:
     """Return text lines for a row in a list: printed value, our value and note."""
     printed, ours = _values(row)
-    value = row.source.value if row.source else None
-    if _is_quoted(value):
-        printed = printed.replace(str(value), f"“{value}”", 1)
+    printed = _quoted(row, printed)
     source = "evaluated" if printed.startswith("[") else "paper"
     found = row.verdict if row.printed is None else f"{source} {printed}"
     note = row.note
