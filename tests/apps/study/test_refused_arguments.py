@@ -135,10 +135,9 @@ REFUSED = {
     "Grid.from_bounds: resolution = 1: expected": lambda: Grid.from_bounds(
         np.zeros(3), np.ones(3), 1
     ),
-    "resolution = 10000000: .* at most 1,000,000,000 cells, .* choose a smaller": lambda: workspace(
-        ROBOT, 10, resolution=10_000_000
-    ),
-    "resolution = 1001: .* cells, got 1001 x 1001 x 1001; choose": lambda: Grid.from_bounds(
+    "resolution = 10000000: the grid is too fine; expected at most 1,000,000,000 cells, "
+    "got 10000000 x .*; choose a smaller": lambda: workspace(ROBOT, 10, resolution=10_000_000),
+    "at most 1,000,000,000 cells, got 1001 x 1001 x 1001; choose": lambda: Grid.from_bounds(
         np.zeros(3), np.ones(3), 1001
     ),
     "constant_orientation_workspace: phi: expected finite": lambda: constant_orientation_workspace(

@@ -139,7 +139,9 @@ def test_statically_indeterminate_robot_is_refused_by_the_names_of_its_struts():
     brace = Body("brace", span=Span("brace", (0, 6), ends, (0.0, 1.0, 0.0)))
     robot = Changed(lambda bodies: (*bodies, brace))
     q = robot.q_reference
-    with pytest.raises(InputValueError, match=r"indeterminate: .* possible at leg_1, .*, brace"):
+    with pytest.raises(
+        InputValueError, match=r"even without a load, forces are possible at leg_1, .*, brace"
+    ):
         static_loads(robot, q)
     with pytest.raises(InputValueError, match="indeterminate"):
         static_loads(robot, [q, q])
@@ -148,7 +150,10 @@ def test_statically_indeterminate_robot_is_refused_by_the_names_of_its_struts():
 def test_weight_that_no_actuator_holds_is_refused_and_nan_in_a_batch():
     robot = Changed(lambda b: (x for x in b if not x.span or x.span.name != "leg_1"), skipped=1)
     weight = [PointMass("platform", 60.0)]
-    with pytest.raises(InputValueError, match=r"not in equilibrium: .* the load moves .*z"):
+    with pytest.raises(
+        InputValueError,
+        match=r"no actuator can balance the load in this configuration; the load moves .*z",
+    ):
         gravity_forces(robot, robot.q_reference, weight)
     assert np.isnan(gravity_forces(robot, robot.q_reference[None], weight)).all()
 
@@ -215,7 +220,7 @@ def test_masses_of_the_robot_file_are_the_default(tmp_path):
         (
             "at = [0, 0, -0.1]",
             "at = [0.1, 0, 0]",
-            "'jack_piston': the mass .* must be on the z axis",
+            "'jack_piston': the mass of a strut section must be on the z axis",
         ),
         ("mass = 3", "mass = -3", r"masses\[2\]\.mass: expected a mass of at least 0, found -3"),
     ],

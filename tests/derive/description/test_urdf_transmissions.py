@@ -191,7 +191,11 @@ def test_couplings_without_a_transmission_are_refused():
     )
     couplings = (Coupling("a", (("n", 1), ("m", -1))), Coupling("b", (("m", 1),)))
     assert convert(joint1_last, "urdf").error == (0, 0)
-    with pytest.raises(InputValueError, match=r"order of the coordinates.*; new order: m, n, c"):
+    with pytest.raises(
+        InputValueError,
+        match="order of the coordinates, because joint 1 of a four-bar linkage follows joint 2; "
+        "new order: m, n, c",
+    ):
         convert(replace(joint1_last, couplings=couplings), "urdf")
     constant = replace(joint1_last, couplings=(Coupling("a", (), "0.3"),), motors=())
     with pytest.raises(InputValueError, match="cannot express the coupling of a"):

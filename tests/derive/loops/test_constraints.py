@@ -481,7 +481,8 @@ def test_loop_without_any_closed_configuration_is_rejected():
         closures=(Closure("hook", "ball", Frame(BASE, at(0, 0, "1/2")), Frame("body")),),
     )
     with pytest.raises(
-        DescriptionError, match=r"does not close in any .* residual of 'hook' is 0\.5"
+        DescriptionError,
+        match=r"a loop does not close in any configuration; the residual of 'hook' is 0\.5",
     ):
         Case(stage)
 

@@ -244,7 +244,10 @@ def test_at_selects_single_pose_of_batch(arm, q):
     for a, b in zip(one, arm.ik(T[3, 7]), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-15)
     for index in [(3,), (3, 7, 1), ()]:
-        with pytest.raises(chasles.InputError, match=r"one index .* for shape \(20, 50\)"):
+        with pytest.raises(
+            chasles.InputError,
+            match=r"one index for each leading dimension, got .* for shape \(20, 50\)",
+        ):
             arm.ik(T).at(*index)
 
 

@@ -9,6 +9,10 @@ from chasles.errors import InputValueError
 
 def test_limits_in_degrees_raise_error_about_windings():
     found, limits = chasles.load("ur5e").ik(np.eye(4)), np.full(6, 180.0)
-    with pytest.raises(InputValueError, match=r"windings of each .* in radians, not degrees"):
+    with pytest.raises(
+        InputValueError,
+        match=r"windings of each solution are within the limits .*; limits must be in radians, "
+        "not degrees",
+    ):
         found.within_limits(np.stack([-limits, limits], -1))
     assert found.within_limits(np.stack([-limits, limits], -1), windings=False).q.shape == (8, 6)

@@ -85,7 +85,7 @@ def test_time_scaling_durations_match_formulas():
     ("arguments", "message"),
     [
         (("linear", 1), "expected one of constant, cubic, quintic, trapezoidal, s_curve"),
-        (("cubic", 1), "a duration, or a limit .* profile cubic"),
+        (("cubic", 1), "a duration, or a limit of speed or acceleration, for profile cubic"),
         (("s_curve", 1), "a duration, or the limits speed, acceleration, jerk for profile s_curve"),
         (("quintic", -1), "expected a finite length >= 0"),
     ],
