@@ -27,8 +27,8 @@ def check(
 
     Args:
         source: The file or the robot name, as for ``read``.
-        base: The link whose frame is the base frame. The default is that of ``read``.
-        tip: The link whose frame is the tool frame. The default is that of ``read``.
+        base: The link whose frame is the base frame. The default is the same as for ``read``.
+        tip: The link whose frame is the tool frame. The default is the same as for ``read``.
         group: A group of the SRDF file in the same folder, instead of base and tip.
         arguments: Argument values of a xacro file, each as ``name:=value``.
 

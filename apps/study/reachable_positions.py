@@ -2,13 +2,13 @@
 
 A grid cell is reachable if the inverse kinematics has a solution at its center within the joint
 limits, on any branch. A cell is subdivided down to the required resolution if its reachability
-differs from that of an adjacent cell. The number of tested cells therefore grows with the surface
-of the reachable region, not with its volume. The border of the reachable region lies between
-reachable and unreachable cell centers. The stated volume of the region counts each border cell as
-half a cell. The stated error is half of the total volume of the border cells. The stated error is
-an upper bound if the border never passes between two adjacent centers that are both reachable or
-both unreachable. The actual error of the volume is usually much smaller and decreases with the cell
-size.
+differs from the reachability of an adjacent cell. The number of tested cells therefore grows with
+the surface of the reachable region, not with its volume. The border of the reachable region lies
+between reachable and unreachable cell centers. The stated volume of the region counts each border
+cell as half a cell. The stated error is half of the total volume of the border cells. The stated
+error is an upper bound if the border never passes between two adjacent centers that are both
+reachable or both unreachable. The actual error of the volume is usually much smaller and decreases
+with the cell size.
 """
 
 from __future__ import annotations
@@ -204,7 +204,7 @@ def _reached(robot: Robot, R: FloatArray, positions: FloatArray) -> BoolArray:
 
 
 def _border(inside: BoolArray) -> BoolArray:
-    """Return a mask of the cells whose reachability differs from that of one of 26 neighbors."""
+    """Return a mask of the cells with a neighbor (of 26) whose reachability differs."""
     padded = np.pad(inside, 1)
     least, most = padded.copy(), padded.copy()
     for axis in range(3):

@@ -1,6 +1,6 @@
-/* Rejects inverse kinematics solutions whose assembly mode differs from that of forward kinematics,
- * for platforms whose loops are closed by iteration. This file is part of chasles and is the same
- * for every robot.
+/* Rejects inverse kinematics solutions whose assembly mode differs from the mode of forward
+ * kinematics, for platforms whose loops are closed by iteration. This file is part of chasles and
+ * is the same for every robot.
  *
  * At the coordinates q of a solution, the platform's legs reach the target pose, and forward
  * kinematics returns the pose on the reference branch. The target pose and the pose from forward

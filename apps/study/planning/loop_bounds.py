@@ -266,7 +266,7 @@ def _length(distances: FloatArray, values: FloatArray, z: FloatArray) -> FloatAr
 
 
 def _is_linear(values: FloatArray, z: FloatArray) -> bool:
-    """Return whether a loop equation, such as that of a gear pair, is linear in joint values z."""
+    """Return whether a loop equation (for example of a gear pair) is linear in joint values z."""
     basis = np.column_stack([np.ones(len(z)), z])
     found = np.linalg.lstsq(basis, values, rcond=None)[0]
     return bool(np.abs(basis @ found - values).max() <= _FITS * np.abs(values).max())

@@ -119,7 +119,7 @@ def test_first_and_second_loop_derivatives_match_casadi(name):
 
 
 def test_four_bar_derivatives_match_freudenstein_in_mpmath():
-    """The expected derivatives are those of Freudenstein's half-angle formula."""
+    """The expected derivatives follow from Freudenstein's half-angle formula."""
     h = solved(four_bar())
     loops = h.forward.loops
     (q,) = h.q

@@ -4,7 +4,7 @@
  *
  * Let r_i be a plane (unit normal and negative offset), and b_i the ball joint on the platform that
  * stays in this plane. Let T be the tool pose. The matrices A_1 to A_m are the inverse transforms
- * of the joints before the legs, and A_(m+1) to A_n those of the joints on the platform. The ball
+ * of the joints before the legs, and A_(m+1) to A_n of the joints on the platform. The ball
  * joints are in their planes if
  *
  *     r_i . A_m ... A_1 T A_n ... A_(m+1) b_i = 0,   i = 1, 2, 3.

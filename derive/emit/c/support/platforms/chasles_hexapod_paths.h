@@ -17,7 +17,7 @@
 #include "chasles_hexapod_tolerances.h"
 
 #define CHASLES_MAX_PATHS 40
-/* Maximum number of steps per path, of which a typical path needs about thirty. */
+/* Maximum number of steps per path. A typical path needs about thirty steps. */
 #define CHASLES_MAX_STEPS 1000
 
 /* A pose in Study coordinates, and its path parameter t (0 at the start of the path, 1 at the end).
